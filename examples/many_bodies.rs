@@ -1,5 +1,5 @@
-//! Many bodies: a stack of two blocks lies on a table, and a belt carries a third block. A tool
-//! pushes the lower block from the side.
+//! Many bodies: a stack of two blocks lies on a table, and a conveyor belt moves a third block. A
+//! tool pushes the lower block from the side.
 //!
 //! `cargo run --release -p palpus-examples --example many_bodies`
 

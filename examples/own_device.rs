@@ -1,4 +1,5 @@
-//! A device of your own: the interface that palpus needs, and a servo loop with this device.
+//! Your own device: implements the interface that palpus needs, and runs a servo loop with the
+//! device.
 //!
 //! `cargo run --release -p palpus-examples --example own_device`
 

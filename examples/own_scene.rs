@@ -1,5 +1,5 @@
-//! Your own scene file in your own loop: opens the world that the file describes, and moves the
-//! probe down into the part.
+//! Your own scene file in your own loop: loads the world of the file, and moves the probe down into
+//! the part.
 //!
 //! `cargo run --release -p palpus-examples --example own_scene -- SCENE.toml`
 

@@ -21,7 +21,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     for tick in 0..3000 {
         let time = f64::from(tick) * PERIOD;
-        // In the first second both hands close, to 5 mm inside the block. Then they move up.
+        // In the first second both hands close, to target poses 5 mm inside the block. Then they
+        // move up.
         let apart = 0.035 - 0.015 * time.min(1.0);
         let height = 0.02 + 0.02 * (time - 1.0).clamp(0.0, 1.0);
         let hands = [-apart, apart].map(|x| ProbeState::at(at(x, height)));

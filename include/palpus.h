@@ -16,8 +16,8 @@
 #include <stdint.h>
 
 /**
- * ABI version of this header. It increases whenever a structure or an existing function changes.
- * New functions do not increase it.
+ * ABI version of this header. The version increases whenever a structure or an existing function
+ * changes. New functions do not increase the version.
  */
 #define PALPUS_ABI_VERSION 2
 
@@ -88,15 +88,15 @@ typedef struct {
      */
     double flatness;
     /**
-     * 1: pieces reach into the solid, so that deep penetration is detected. 0: they are only as
-     * thick as their part of the surface.
+     * 1: pieces reach into the solid, so that deep penetration is detected. 0: each piece is only
+     * as thick as its part of the surface.
      */
     uint32_t thick;
 } palpus_body_settings;
 
 /**
- * A body. Any number of threads, queries and worlds may use it at the same time. Queries and
- * worlds that use it keep it alive after it is destroyed.
+ * A body. Any number of threads, queries and worlds may use a body at the same time. A body that a
+ * query or a world uses stays in memory after its handle is destroyed.
  */
 typedef struct {
     /**
@@ -153,7 +153,7 @@ typedef struct {
  */
 typedef struct {
     /**
-     * Contacts have a separation below this, m. 0 finds overlaps only.
+     * Contacts have a separation below the tolerance, m. 0 finds overlaps only.
      */
     double tolerance;
     /**
@@ -162,7 +162,8 @@ typedef struct {
      */
     uint64_t capacity;
     /**
-     * 1: the depth of each pair of pieces is proven to be the least. 0: it is a local minimum.
+     * 1: the depth of each pair of pieces is proven to be the smallest. 0: the depth is a local
+ * minimum.
      */
     uint32_t prove;
     /**
@@ -192,7 +193,7 @@ typedef struct {
      */
     double position[3];
     /**
-     * Unit quaternion x, y, z, w. Its length may differ from 1 by up to 0.001.
+     * Unit quaternion x, y, z, w. The length may differ from 1 by up to 0.001.
      */
     double rotation[4];
 } palpus_pose;
@@ -233,7 +234,7 @@ typedef struct {
  */
 typedef struct {
     /**
-     * The search ends if upper - lower is at most this, m.
+     * The search ends if upper - lower is at most this gap, m.
      */
     double gap;
     /**
@@ -247,7 +248,7 @@ typedef struct {
 } palpus_depth_settings;
 
 /**
- * The penetration depth of a body a in a body b. Only one thread may use it at a time.
+ * The penetration depth of a body a in a body b. Only one thread may use a depth at a time.
  */
 typedef struct {
     /**
@@ -261,7 +262,7 @@ typedef struct {
  */
 typedef struct {
     /**
-     * No shorter translation separates the bodies, m. 0 if they are already separate.
+     * No shorter translation separates the bodies, m. 0 if the bodies are already separate.
      */
     double lower;
     /**
@@ -351,7 +352,7 @@ typedef struct {
 } palpus_friction;
 
 /**
- * How a material vibrates when it is hit: a decaying vibration.
+ * A decaying vibration that a material makes when it is hit.
  */
 typedef struct {
     /**
@@ -481,7 +482,7 @@ typedef struct {
 } palpus_world;
 
 /**
- * An object in a world, or the body of a tool. Other worlds reject it with an error.
+ * An object in a world, or the body of a tool. Other worlds reject the handle with an error.
  */
 typedef struct {
     /**
@@ -519,11 +520,11 @@ typedef struct {
  */
 typedef struct {
     /**
-     * Pose of the grip in the world. Its axes are the tool's axes.
+     * Pose of the grip in the world. The axes of the grip are the tool's axes.
      */
     palpus_pose pose;
     /**
-     * Velocity of the grip, in the world's axes. Only dampers use it.
+     * Velocity of the grip, in the world's axes. Only dampers use the velocity.
      */
     palpus_twist twist;
 } palpus_probe;
@@ -559,8 +560,8 @@ typedef struct {
      */
     palpus_wrench computed;
     /**
-     * Pose of the tool's frame in the world at which contacts were found. With a coupling, this
-     * differs from the device's pose.
+     * Pose of the tool's frame in the world at which contacts were found. With a coupling, the
+     * tool's pose differs from the device's pose.
      */
     palpus_pose tool;
     /**
@@ -573,7 +574,7 @@ typedef struct {
     uint64_t work;
     /**
      * The pairs that the step skipped to stay within its work limit are at least this far apart,
-     * m. Infinite if it skipped none.
+     * m. Infinite if the step skipped no pair.
      */
     double unseen_separation;
     /**
@@ -616,9 +617,9 @@ uint32_t palpus_abi_version(void);
 palpus_result palpus_check_abi(uint32_t header_version);
 
 /**
- * Returns the text of this thread's last error: UTF-8, empty if there was no error. It is valid
- * until the thread's next error or the end of the thread; copy it to keep it. A function that
- * succeeds leaves it unchanged.
+ * Returns the text of this thread's last error: UTF-8, empty if there was no error. The text is
+ * valid until the thread's next error or the end of the thread; copy the text to keep it. A
+ * function that succeeds leaves the text unchanged.
  */
 const char *palpus_last_error(void);
 
@@ -681,9 +682,9 @@ palpus_result palpus_query_create(palpus_body a,
 
 /**
  * Finds all contacts with a separation below the tolerance, with a at `pose_ba` in b's frame. The
- * contacts are in b's frame. Writes the first `capacity` of them to `contacts`, and the total
- * number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous one takes
- * the least time. Allocates no memory.
+ * contacts are in b's frame. Writes the first `capacity` contacts to `contacts`, and the total
+ * number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous pose
+ * takes the least time. Allocates no memory.
  */
 palpus_result palpus_query_contacts(palpus_query query,
                                     const palpus_pose *pose_ba,
@@ -724,7 +725,7 @@ palpus_result palpus_depth_settings_default(palpus_body a,
 
 /**
  * Prepares two bodies for depth queries. The first preparation of a large body takes up to minutes
- * on all cores; later ones reuse it. `settings` may be NULL for the defaults.
+ * on all cores; later preparations reuse its result. `settings` may be NULL for the defaults.
  */
 palpus_result palpus_depth_create(palpus_body a,
                                   palpus_body b,
@@ -773,8 +774,8 @@ palpus_result palpus_world_create(const palpus_settings *settings, palpus_world 
 palpus_result palpus_world_destroy(palpus_world world);
 
 /**
- * Sets the gravity that acts on free objects: x, y, z in m/s^2, in the world's axes. It is 0 in a
- * new world.
+ * Sets the gravity that acts on free objects: x, y, z in m/s^2, in the world's axes. A new world
+ * has no gravity.
  */
 palpus_result palpus_world_set_gravity(palpus_world world, const double *gravity);
 
@@ -787,7 +788,8 @@ palpus_result palpus_world_add_fixed(palpus_world world,
                                      palpus_object *object);
 
 /**
- * Adds an object that your program moves with palpus_world_drive. It stays at `pose` until then.
+ * Adds an object that your program moves with palpus_world_drive. The object stays at `pose` until
+ * then.
  */
 palpus_result palpus_world_add_driven(palpus_world world,
                                       palpus_body body,
@@ -795,8 +797,8 @@ palpus_result palpus_world_add_driven(palpus_world world,
                                       palpus_object *object);
 
 /**
- * Adds an object of mass `mass` (kg) that moves under contact, friction and gravity. It starts at
- * rest at `pose`.
+ * Adds an object of mass `mass` (kg) that moves under contact, friction and gravity. The object
+ * starts at rest at `pose`.
  */
 palpus_result palpus_world_add_free(palpus_world world,
                                     palpus_body body,
@@ -805,8 +807,8 @@ palpus_result palpus_world_add_free(palpus_world world,
                                     palpus_object *object);
 
 /**
- * Adds a tool that is held through a device. Its probe is the next element of `probes` in
- * palpus_world_step.
+ * Adds a tool that is held through a device. The state of the device is the next element of
+ * `probes` in palpus_world_step.
  */
 palpus_result palpus_world_add_tool(palpus_world world,
                                     palpus_body body,
@@ -836,7 +838,7 @@ palpus_result palpus_world_get_tick(palpus_world world, palpus_tool tool, palpus
 
 /**
  * Writes the contacts of a tool in the last step, in the world's frame; a is the tool. Writes the
- * first `capacity` of them, and the total number to `count`.
+ * first `capacity` contacts, and the total number to `count`.
  */
 palpus_result palpus_world_contacts(palpus_world world,
                                     palpus_tool tool,
@@ -845,7 +847,7 @@ palpus_result palpus_world_contacts(palpus_world world,
                                     size_t *count);
 
 /**
- * Writes the contacts of two objects in the last step, in the world's frame. As
+ * Writes the contacts of two objects in the last step, in the world's frame. Otherwise works like
  * palpus_world_contacts.
  */
 palpus_result palpus_world_contacts_between(palpus_world world,
@@ -872,7 +874,7 @@ palpus_result palpus_world_get_twist(palpus_world world, palpus_object object, p
 
 /**
  * Sets the pose and the velocity of a driven object. `twist` is the velocity of the origin of its
- * frame, in the world's axes. You can call this at any rate; between two calls the object
+ * frame, in the world's axes. You can call this function at any rate; between two calls the object
  * continues at this velocity.
  */
 palpus_result palpus_world_drive(palpus_world world,

@@ -42,7 +42,7 @@ inline void check(palpus_result result) {
     if (result != PALPUS_OK) throw Error(result);
 }
 
-/* Throws if the header and the library have different ABI versions. Call it first. */
+/* Throws if the header and the library have different ABI versions. Call this function first. */
 inline void check_abi() { check(palpus_check_abi(PALPUS_ABI_VERSION)); }
 
 /* Returns the pose with position x, y, z (m) and no rotation. */
@@ -57,7 +57,7 @@ inline Settings coupled(double force, double torque, double period, double toler
 
 namespace detail {
 
-/* Owns a handle. It can be moved but not copied. */
+/* Owns a handle. The owner can be moved but not copied. */
 template <class Handle, palpus_result (*destroy)(Handle)>
 class Owner {
   public:
@@ -78,7 +78,7 @@ class Owner {
     Handle handle_{};
 };
 
-/* Calls a function that fills an array. Calls it again with a larger array if there are more contacts. */
+/* Calls a function that fills an array. Calls the function again with a larger array if there are more contacts. */
 template <class Call>
 std::vector<Contact> contacts(Call call) {
     std::vector<Contact> found(64);
@@ -94,7 +94,7 @@ std::vector<Contact> contacts(Call call) {
 
 } // namespace detail
 
-/* A body. Queries and worlds that use it keep it alive. */
+/* A body. A body that a query or a world uses stays in memory. */
 class Body : public detail::Owner<palpus_body, palpus_body_destroy> {
   public:
     /* `vertices` has x, y, z of each vertex; `triangles` has three vertex indices of each triangle. */
@@ -153,7 +153,7 @@ class Depth : public detail::Owner<palpus_depth, palpus_depth_destroy> {
     }
 };
 
-/* Tools and objects. `step` allocates no memory. It can throw; catch exceptions in your haptic loop. */
+/* Tools and objects. `step` allocates no memory. `step` can throw; catch exceptions in your haptic loop. */
 class World : public detail::Owner<palpus_world, palpus_world_destroy> {
   public:
     explicit World(const Settings &settings) { check(palpus_world_create(&settings, &handle_)); }

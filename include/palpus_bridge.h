@@ -1,5 +1,5 @@
 /*
- * The frames of palpus' bridge, version 1. With them, a program of yours acts as a haptic device.
+ * The frames of the bridge of palpus, version 1. A program that uses these frames acts as a haptic device.
  * The specification is docs/bridge.md. C99 or later, C++11 or later; no library is needed.
  *
  * All numbers are little-endian. All units are SI: m, rad, s, N, N m. Frames have fixed sizes and no
@@ -40,7 +40,7 @@ enum {
 typedef struct palpus_bridge_header {
     uint8_t magic[4];  /* "PLPB" */
     uint16_t version;  /* PALPUS_BRIDGE_VERSION */
-    uint16_t kind;     /* see above */
+    uint16_t kind;     /* PALPUS_BRIDGE_HELLO to PALPUS_BRIDGE_CLOSE */
     uint32_t size;     /* bytes of the whole frame */
     uint32_t check;    /* CRC-32 (IEEE 802.3, as in zlib) of the whole frame with this field 0 */
     uint64_t nonce;    /* nonce of the session; in hello and welcome, the nonce of the hello */
@@ -81,11 +81,11 @@ typedef struct palpus_bridge_command {
 
 typedef struct palpus_bridge_state {
     palpus_bridge_header header;
-    uint64_t time_ns;         /* time of the device's clock, which never runs backwards; any origin */
-    double position[3];       /* of the grip in the device's frame, m: x right, y away, z up */
-    double orientation[4];    /* unit quaternion x, y, z, w */
-    double linear[3];         /* velocity, m/s, in the device's frame */
-    double angular[3];        /* rad/s */
+    uint64_t time_ns;         /* time by the device's clock, which never runs backwards, ns; any origin */
+    double position[3];       /* of the grip in the device's frame, m: x right, y away from the user, z up */
+    double orientation[4];    /* of the grip: unit quaternion x, y, z, w */
+    double linear[3];         /* velocity of the grip's origin in the device's frame, m/s */
+    double angular[3];        /* angular velocity of the grip in the device's frame, rad/s */
     double applied_force[3];  /* force that the device applies now, N */
     double applied_torque[3]; /* torque that the device applies now, N m */
     uint64_t echo;            /* sequence of the newest command that was accepted; 0 before the first */
@@ -95,12 +95,12 @@ typedef struct palpus_bridge_state {
 
 typedef struct palpus_bridge_close {
     palpus_bridge_header header;
-    char reason[96]; /* for people; UTF-8, padded with zeros, no control characters */
+    char reason[96]; /* reason as text for the user: UTF-8, padded with zeros, no control characters */
 } palpus_bridge_close;
 
 #pragma pack(pop)
 
-/* C99 has no static assertion. A false condition declares an array of negative length, an error. */
+/* C99 has no static assertion. A false condition declares an array of negative length, which is an error. */
 #define PALPUS_BRIDGE_ASSERT(name, condition) typedef char palpus_bridge_assert_##name[(condition) ? 1 : -1]
 PALPUS_BRIDGE_ASSERT(header, sizeof(palpus_bridge_header) == 32);
 PALPUS_BRIDGE_ASSERT(hello, sizeof(palpus_bridge_hello) == 40);

@@ -9,7 +9,8 @@ OWN = ("paper", "smooth", "coupled", "coupled-smooth", "smooth-passive", "couple
 # An encoder step of the simulated device, 0.03 mm, and its force at the scenes' stiffness of 800 N/m. The force steps of a loop are
 # multiples of this force.
 ENCODER_M, ENCODER_N = 3e-5, 0.024
-# The better direction, and the resolution: a floor in the unit of the measure, and a share of the value.
+# The better direction, and the resolution: a floor in the unit of the measure, and a fraction of
+# the value.
 MEASURES = {
     "deepest seen": ("less", Resolution(1e-7, 0.01)),
     "peak force": ("less", Resolution(1e-3, 0.02)),
@@ -61,9 +62,10 @@ MEASURES = {
     "worst hum torque": ("less", Resolution(1e-4, 0.05)),
     "true overlap": ("less", Resolution(1e-6, 0.05)),
 }
-# The search halves the octave twice (in quick runs not at all), for a hand and several dampings.
+# The search halves the interval of an octave twice (in quick runs not at all), for one hand and
+# several dampings.
 SEARCHED = ("more", Resolution(0.0, 0.19))
-# A measure that is missing in this table.
+# For a measure that is missing in this table.
 UNKNOWN = ("same", Resolution(0.0, 0.02))
 
 
@@ -109,7 +111,7 @@ class Columns:
             self.columns.setdefault(name.split("|")[3], []).append(figure.verdict())
 
     def count(self, verdict):
-        # The table of the rows counts them.
+        # The table of the rows already counts these figures.
         return 0
 
     def text(self):

@@ -11,7 +11,7 @@ from judging.bench import CannotRun
 from judging.page import Resolution, Row, Table
 
 STEP = re.compile(r"palpus::(?:render|world)::.*(?:Renderer|Duo|World)(?:<.*>)?>?::step(?:'\d+)?$")
-# Two counts of one build are equal, so a small share is enough.
+# Two counts of one build are equal, so a small fraction is enough.
 COUNTED = Resolution(0.0, 0.02)
 ARMADILLO = "armadillo-intestine"
 ARMADILLO_TICKS = 400

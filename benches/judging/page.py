@@ -38,7 +38,7 @@ class Row:
         if a == b or (is_nan(a) and is_nan(b)):
             return "equal"
         if not (is_number(a) and is_number(b)):
-            # One of the two has no value: the probe was lost, or the figure does not exist.
+            # One of the two figures has no value: the probe was lost, or the figure does not exist.
             return "better" if is_number(b) and not is_number(a) else "WORSE"
         gain = {"less": a - b, "more": b - a, "same": -abs(a - b)}[self.sense]
         if abs(gain) <= self.resolution.width(a):

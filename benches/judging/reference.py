@@ -14,7 +14,8 @@ FEEL = re.compile(
     r"^(?P<name>\S+)\s+(?:ok|WRONG .*?)\s+hum (?P<force>[\d.]+) mN (?P<torque>[\d.]+) mN·m, "
     r"energy (?P<energy>-?[\d.]+) mJ, depth (?P<depth>[\d.]+) mm,.*faults (?P<faults>\d+)"
 )
-# Larger figures are better if their names contain one of these words. All others should be small.
+# Larger figures are better if their names contain one of these words. All other figures should be
+# small.
 GROW = ("checked", "brackets")
 
 

@@ -12,7 +12,8 @@ fn main() {
     tell("PALPUS_RUSTC", said(&rustc, &["--version"]));
     tell("PALPUS_TARGET", std::env::var("TARGET").ok());
     let profile = std::env::var("PROFILE").ok();
-    // While one works on it every commit would build the program anew.
+    // Debug builds leave the commit out, because each new commit would otherwise rebuild the
+    // program.
     let commit = (profile.as_deref() == Some("release")).then(commit).flatten();
     tell("PALPUS_PROFILE", profile);
     tell("PALPUS_COMMIT", commit);
@@ -22,13 +23,13 @@ fn tell(name: &str, value: Option<String>) {
     println!("cargo::rustc-env={name}={}", value.unwrap_or_default());
 }
 
-/// The commit that is checked out, if this is a clone of the repository and git is there.
+/// Returns the commit that is checked out; `None` without git or outside a clone.
 fn commit() -> Option<String> {
     let commit = said("git", &["rev-parse", "--short=12", "HEAD"])?;
     let branch = said("git", &["symbolic-ref", "-q", "HEAD"]);
     for name in ["HEAD"].into_iter().chain(branch.as_deref()) {
         let path = said("git", &["rev-parse", "--git-path", name])?;
-        // Cargo would run this every time for a file that does not exist.
+        // For a file that does not exist, Cargo would run this script in every build.
         if Path::new(&path).exists() {
             println!("cargo::rerun-if-changed={path}");
         }
@@ -37,7 +38,7 @@ fn commit() -> Option<String> {
     Some(if changed { format!("{commit}, changed since") } else { commit })
 }
 
-/// The first line that a program prints, or nothing.
+/// Returns the first line that a program prints; `None` if the program fails.
 fn said(program: &str, arguments: &[&str]) -> Option<String> {
     let output = Command::new(program).args(arguments).output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8(output.stdout).ok()?.lines().next().unwrap_or("").trim().to_owned())

@@ -1,5 +1,5 @@
-//! Hashes the sources that decide which pieces a mesh gives, so that prepared bodies on disk are
-//! always those of this engine, without a version number to maintain.
+//! Hashes the sources that decide which pieces a mesh gives. A program can then detect a prepared
+//! body on disk that another version of the engine made.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 fn main() {
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
     let mut feed = |bytes: &[u8]| {
-        // FNV-1a: no dependency, and the sources need no protection from attacks.
+        // FNV-1a needs no dependency, and the hash needs no protection from attacks.
         for &byte in bytes {
             hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         }

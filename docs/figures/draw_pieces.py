@@ -14,14 +14,15 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-# Relative to the model's bounding diagonal: vertices nearer than this are one; a triangle this near a plane is in it.
+# Tolerance relative to the model's bounding diagonal, for equal vertices and for triangles in a
+# plane.
 SAME = 1e-6
 ON_PLANE = 1e-4
 RED = (0.86, 0.1, 0.1)
 
 
 def read_obj(path):
-    """Vertices, and faces as (group, corner indices)."""
+    """Returns the vertices, and the faces as (group, corner indices)."""
     vertices, faces, group = [], [], -1
     for line in open(path, encoding="utf-8", errors="replace"):
         words = line.split()
@@ -37,7 +38,7 @@ def read_obj(path):
 
 
 def owners(vertices, triangles, piece_vertices, piece_faces, size):
-    """For each triangle the piece with its three corners that lies below its plane; the largest of several."""
+    """Returns for each triangle the largest piece that has its corners and lies below its plane."""
     def key(point):
         return tuple(np.round(point / (SAME * size)).astype(int))
 

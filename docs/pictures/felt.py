@@ -11,13 +11,14 @@ import tempfile
 from PIL import Image
 
 FRAMES, BEGIN_S, STEP_S = 45, 1.0, 0.11
-# Of the colours that cover most pixels, and of those that differ most: arrows and dots are small.
+# Numbers of colours: those that cover most pixels, and those that differ most (arrows and dots are
+# small).
 COMMON_COLORS, RARE_COLORS = 112, 48
 PALETTE_FRAMES = 5
 
 
 def palette_of(frames):
-    """An image with the palette for all frames."""
+    """Returns an image with the palette for all frames."""
     width, height = frames[0].size
     some = Image.new("RGB", (width, height * PALETTE_FRAMES))
     for k in range(PALETTE_FRAMES):
@@ -26,7 +27,7 @@ def palette_of(frames):
     for method, count in [(Image.Quantize.MEDIANCUT, COMMON_COLORS), (Image.Quantize.MAXCOVERAGE, RARE_COLORS)]:
         colors += some.quantize(count, method=method).getpalette()[: 3 * count]
     palette = Image.new("P", (1, 1))
-    # Pillow wants 256 colours.
+    # Pillow requires 256 colours.
     palette.putpalette(colors + colors[:3] * (256 - len(colors) // 3))
     return palette
 

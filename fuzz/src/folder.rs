@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-/// A folder for files that a reader opens. It is in memory if the system supports that, and is
-/// deleted when dropped.
+/// A folder for files that a reader opens. The folder is in memory if the system supports folders
+/// in memory. It is deleted when dropped.
 pub struct Folder(PathBuf);
 
 impl Folder {

@@ -1,8 +1,8 @@
 //! Shared parts of the fuzz targets.
 //!
 //! * [`target!`] defines a target: the code that runs on an input, its memory limit, and its seeds.
-//! * `memory` is an allocator that counts bytes. It checks for every input that the memory is
-//!   bounded by the size of the input.
+//! * `memory` is an allocator that counts bytes. The memory of every input is compared with a
+//!   limit that depends on the size of the input.
 //! * [`Bytes`] converts the bytes of an input to numbers, points, poses, bodies and settings.
 //! * [`check`] checks the guarantees of the readers and the engine.
 //! * [`drive`] generates the inputs of a renderer.
@@ -11,8 +11,8 @@
 //! * [`sample`] contains a small recording, used as a seed.
 //! * [`Folder`] contains files for readers that need a path.
 //!
-//! Each target can write its seeds: with `PALPUS_FUZZ_SEEDS=FOLDER` in the environment, it writes
-//! them to that folder and exits.
+//! Each target can write its seeds. With `PALPUS_FUZZ_SEEDS=FOLDER` in the environment, a target
+//! writes its seeds to that folder and exits.
 
 mod bytes;
 pub mod check;
@@ -52,7 +52,7 @@ macro_rules! target {
     };
 }
 
-/// If the environment asks for the seeds, writes them and exits.
+/// If the environment asks for the seeds, writes the seeds and exits.
 pub fn begin(seeds: &dyn Fn() -> Vec<Seed>) {
     let Some(folder) = std::env::var_os("PALPUS_FUZZ_SEEDS") else { return };
     for (name, bytes) in seeds() {

@@ -31,7 +31,8 @@ pub fn read_and_build(data: &[u8], extension: &str) {
     if soup.vertices.len() > MOST_VERTICES || soup.face_vertices.len() > MOST_CORNERS {
         return;
     }
-    // The last byte, which rarely affects the mesh, selects the settings for measuring or touching.
+    // The last byte, which rarely affects the mesh, selects the settings for measurements or for
+    // haptic rendering.
     let touching = data.last().is_some_and(|byte| byte % 2 == 0);
     let flatness = if touching { BodySettings::HAPTIC } else { BodySettings::EXACT };
     match Body::from_soup(&soup, &BodySettings { flatness, ..BodySettings::default() }, &mut |_| ()) {

@@ -16,7 +16,7 @@ fn run(data: &[u8]) {
             assert!(hand.samples.windows(2).all(|pair| pair[0].0 < pair[1].0));
             assert!(hand.samples.iter().all(|(time, pose)| time.is_finite() && pose.is_valid()));
             assert!(hand.duration().is_finite() && hand.longest_gap() > 0.0 && hand.reach().is_finite());
-            // Scale and speed from the last bytes, which rarely affect the motion.
+            // Takes scale and speed from the last bytes, which rarely affect the motion.
             let mut bytes = Bytes::new(data.get(data.len() - 4..).unwrap_or_default());
             let (scale, speed) = (bytes.between(1e-3, 1e3), bytes.between(1e-3, 1e3));
             follow(&hand.samples, &Placement { start: Pose::IDENTITY, scale, speed });

@@ -18,7 +18,7 @@ use palpus_device::{HaplyDevice, HaplyOptions, HapticDevice};
 use palpus_fuzz::{Allowance, Bytes, Seed, target};
 use tungstenite::handshake::derive_accept_key;
 
-/// What the service sends.
+/// Data that the service sends.
 #[derive(Default)]
 struct Part {
     /// Sends the bytes without frames after the handshake.
@@ -41,7 +41,7 @@ fn service() -> &'static Service {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = format!("ws://{}", listener.local_addr().expect("an address"));
         let (send, connections) = channel();
-        // One thread accepts connections and replies to requests for the version; the other one
+        // One thread accepts connections and replies to requests for the version; the other thread
         // handles the WebSocket.
         std::thread::spawn(move || {
             while let Ok((mut stream, _)) = listener.accept() {

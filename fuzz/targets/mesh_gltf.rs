@@ -1,4 +1,5 @@
-//! glTF and GLB files are read and converted to bodies. Files beside them are missing.
+//! glTF and GLB files are read and converted to bodies. Other files to which a glTF file refers do
+//! not exist.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, mesh_file, target};

@@ -11,6 +11,6 @@ fn seeds() -> Vec<Seed> {
     mesh_file::seeds(&["obj"])
 }
 
-// Memory for the whole file and a result of several times its size, and for a body of at most 64
+// The limit covers the whole file, a result of several times its size, and a body of at most 64
 // vertices.
 target!(run: run, allowance: Allowance { per_byte: 40, always: 8 << 20 }, seeds: seeds);

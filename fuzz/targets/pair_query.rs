@@ -52,7 +52,7 @@ fn run(data: &[u8]) {
 }
 
 fn seeds() -> Vec<Seed> {
-    // Two stars and a motion into each other.
+    // Two stars that move into each other.
     let star = [1, 3, 0, 128, 64, 120, 64, 120, 64, 120, 64];
     let way: Vec<u8> = (0..6u8).flat_map(|k| [200, 70 + k, 103, 100, 100, 120 - k, 100, 110 - 3 * k, 0, 0]).collect();
     let all = |flags: u8| [&[0][..], &star, &star, &[flags, 9, 200, 128, 3], &way].concat();

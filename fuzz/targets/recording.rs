@@ -1,4 +1,5 @@
-//! CSV recordings. They have the same bits after they are written in each format and read again.
+//! CSV recordings. The recordings have the same bits after they are written in each format and read
+//! again.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, recording, target};

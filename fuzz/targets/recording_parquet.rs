@@ -1,5 +1,5 @@
-//! Parquet recordings. They have the same bits after they are written in each format and read
-//! again.
+//! Parquet recordings. The recordings have the same bits after they are written in each format and
+//! read again.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, recording, target};

@@ -315,7 +315,7 @@ fn seeds() -> Vec<Seed> {
             input.extend([tools - 1, objects]);
             for k in 0..tools.max(objects) {
                 if k < objects {
-                    // Objects of each kind in turn, stacked.
+                    // Stacks objects of each kind in turn.
                     let kind = [0, 200, 140, 80, 150, 210][usize::from(k)];
                     input.extend([k & 1, kind, 0, 0, 100, 100, 30 + 62 * (k & 1)]);
                     if kind >= 128 {

@@ -22,8 +22,7 @@ pub fn allocations_of_this_thread() -> u64 {
 }
 
 fn count() {
-    // The counter no longer exists while its thread is being torn down. Such a thread runs no servo
-    // loop.
+    // While a thread ends, its counter no longer exists. Such a thread runs no servo loop.
     let _ = ALLOCATIONS.try_with(|n| n.set(n.get() + 1));
 }
 

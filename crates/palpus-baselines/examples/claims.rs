@@ -4,22 +4,22 @@
 //! `cargo run --release -p palpus-baselines --example claims [SCENE…]` prints one table per scene:
 //!
 //! * force, torque: mean size during contact;
-//! * step: largest change and 99.9 % quantile of the change within one millisecond, for force and
-//!   torque. "of mean" is the largest force step relative to the mean force;
-//! * springs: largest ratio of a force step to the force change of one spring with the scene's
-//!   stiffness for the motion in that millisecond;
-//! * turn: largest change of the force direction within a millisecond, degrees; only forces of at
-//!   least a tenth of the mean count;
+//! * step: change within one millisecond, largest value and 99.9 % quantile, for force and torque.
+//!   "of mean" is the largest force step relative to the mean force;
+//! * springs: largest ratio of a force step to the step of one spring with the scene's stiffness
+//!   for the same motion;
+//! * turn: largest change of the force direction within a millisecond, degrees, for forces of at
+//!   least a tenth of the mean;
 //! * truth: root mean square error of the force against the scene's true force, relative to the
 //!   true force, if the scene has one;
-//! * fitted: the same error after the force was scaled by the best factor, so without the error of
-//!   the stiffness;
-//! * lost: share of the steps with an overlap in which the method gives no force. The overlap is
-//!   taken from the true contact, or from palpus if the scene has none;
+//! * fitted: the error "truth" after the force was scaled by the best factor, which removes the
+//!   error of the stiffness;
+//! * lost: fraction of the steps with an overlap in which the method gives no force. The true
+//!   contact determines the overlap, or palpus if the scene has no true contact;
 //! * at: time of the largest force step.
 //!
-//! The rows marked "coupled" act through a virtual coupling of 1000 N/m and 0.5 N·m/rad on a
-//! tool of 50 g; the other rows are direct. The scripted motion is slowed down four times and
+//! The rows marked "coupled" use a virtual coupling of 1000 N/m and 0.5 N·m/rad with a tool of 50
+//! g. The other rows use direct rendering. The scripted motion is slowed down four times and
 //! sampled every millisecond. There is no friction and no force shading.
 #![allow(clippy::print_stdout, reason = "an example that prints a table")]
 
@@ -37,8 +37,8 @@ use palpus_scenes::truth::Truth;
 use palpus_scenes::{Scene, scene};
 
 const TICK: f64 = 1e-3;
-/// Factor by which the script is slowed down, so that steps come from the method and not from the
-/// motion.
+/// Factor by which the script is slowed down, so that force steps come from the method and not from
+/// the motion.
 const SLOWER: f64 = 4.0;
 
 /// The palpus engine as a [`Baseline`].
@@ -115,7 +115,7 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
 /// Converts the baselines' coupling to a coupling of palpus, with the same critical damping.
 fn virtual_coupling(settings: &CouplingSettings, tolerance: f64, a: &Body) -> VirtualCoupling {
     let CouplingSettings { mass, stiffness, angular_stiffness, damping_ratio } = *settings;
-    // Inertia of the probe's mesh with the given mass.
+    // Inertia of the probe's mesh scaled to the mass.
     let inertia = a.mass().inertia * (mass / a.mass().volume);
     let moment = (inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z) / 3.0;
     VirtualCoupling {
@@ -142,8 +142,9 @@ struct Figures {
     turns: Vec<(f64, f64)>,
     error: f64,
     truth: f64,
-    /// Sums of the squared force, and of the product of force and true force.
+    /// Sum of the squared force.
     felt: f64,
+    /// Sum of the product of force and true force.
     both: f64,
     inside: u32,
     lost: u32,
@@ -188,7 +189,7 @@ fn most(values: &[f64]) -> f64 {
 }
 
 /// Returns the true force of a scene at a pose, if the scene has one, and whether the bodies
-/// overlap. Without a true force, the overlap is taken from palpus.
+/// overlap. Without a true force, palpus determines the overlap.
 fn truth(
     scene: &Scene,
     truth: Option<&Truth>,

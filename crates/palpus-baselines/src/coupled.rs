@@ -4,20 +4,21 @@
 //!
 //! 1. The probe is a separate rigid body. A spring and a damper tie it to the hand's pose, both for
 //!    translation and for rotation.
-//! 2. This body touches the environment: the inner method is evaluated at its pose and velocity.
+//! 2. This body touches the environment: the inner method computes the contact wrench at the body's
+//!    pose and velocity.
 //! 3. Newton–Euler integration: the velocity follows from coupling and contacts, then the pose from
-//!    the velocity. It is explicit, as in \[MPT99\], at the caller's rate.
+//!    the velocity. The integration is explicit, as in \[MPT99\], at the caller's rate.
 //! 4. The hand feels only the coupling.
 //!
 //! Our choices:
 //!
-//! * The mass of the body is a setting. It has the inertia of a ball of the probe's size, which is
-//!   the same about all axes. So there is no gyroscopic term.
+//! * The mass of the body is a setting. Its inertia equals that of a ball of the probe's size, and
+//!   is equal about all axes. So there is no gyroscopic term.
 //! * By default the dampers give critical damping of the free body.
-//! * Velocities are computed before positions (semi-implicit Euler). Otherwise the coupling alone
-//!   gains energy.
+//! * Velocities are computed before positions (semi-implicit Euler). In the other order, the
+//!   coupling alone would gain energy.
 //! * \[MPT99\] also bounds the stretch of the spring. Here the device's limits bound the force.
-//! * Any method can be the inner one; in the paper it is [`Voxel`](crate::Voxel).
+//! * Any method can be the inner method; in the paper it is [`Voxel`](crate::Voxel).
 
 use std::sync::Arc;
 
@@ -27,7 +28,8 @@ use palpus::body::Body;
 
 use crate::{Baseline, BaselineError, Felt, positive};
 
-/// Settings of the coupling: a spring and a damper each for translation and rotation.
+/// Settings of the coupling: a spring and a damper for translation, and a spring and a damper for
+/// rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CouplingSettings {
     /// Mass of the simulated probe, kg.
@@ -41,7 +43,7 @@ pub struct CouplingSettings {
 }
 
 impl Default for CouplingSettings {
-    /// 50 g at 1000 N/m and 0.5 N·m/rad, which a Phantom Premium 1.5/6DOF can render.
+    /// Returns 50 g at 1000 N/m and 0.5 N·m/rad, which a Phantom Premium 1.5/6DOF can render.
     fn default() -> Self {
         Self { mass: 0.05, stiffness: 1000.0, angular_stiffness: 0.5, damping_ratio: 1.0 }
     }
@@ -96,7 +98,7 @@ impl<B: Baseline> Coupled<B> {
         let damping = 2.0 * damping_ratio * (stiffness * mass).sqrt();
         let angular_damping = 2.0 * damping_ratio * (angular_stiffness * self.inertia).sqrt();
         let turn = hand.rotation * body.rotation.conjugate();
-        // Takes the shorter of the two rotations.
+        // Takes the shorter rotation.
         let turn = if turn.w < 0.0 { -turn } else { turn };
         Wrench {
             torque: turn.to_scaled_axis() * angular_stiffness

@@ -1,5 +1,4 @@
-//! One contact for each pair of convex pieces, by GJK and EPA, as a user of Coal or FCL would get
-//! it.
+//! One contact for each pair of convex pieces, by GJK and EPA, as Coal or FCL compute it.
 //!
 //! 1. Find all pairs of pieces nearer than the tolerance, with palpus's own query.
 //! 2. A disjoint pair gives its closest points. An overlapping pair gives the single witness of
@@ -7,12 +6,12 @@
 //! 3. Each contact gives the force k (t − d) along its normal, at the midpoint of its two points.
 //!    All forces are added up.
 //!
-//! These parts of palpus are left out on purpose, since Coal and FCL do not have them: the
-//! check that a normal belongs to the mesh (pieces have virtual faces where they were cut), memory
-//! between steps, blending of the witness point of a flat contact, and clusters.
+//! Coal and FCL lack some parts of palpus, so this method lacks them too: the check that a normal
+//! belongs to the mesh (pieces have virtual faces where they were cut), memory between steps,
+//! several contacts for a patch, and clusters.
 //!
-//! Coal can return several contacts for a pair. They form a patch with a single normal, which
-//! differs from the "one EPA contact" measured here.
+//! Coal can also return several contacts for a pair, a patch with one normal. This method returns
+//! only one contact.
 
 use std::sync::Arc;
 

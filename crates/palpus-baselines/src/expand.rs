@@ -3,36 +3,38 @@
 //! The algorithm follows van den Bergen, *Proximity Queries and Penetration Depth Computation on 3D
 //! Game Objects*, GDC 2001, as implemented in Coal, FCL and many other libraries.
 //!
-//! 1. If the pieces overlap, the Minkowski difference A − B contains the origin. The distance from
-//!    the origin to its boundary is the depth. Start with a tetrahedron of four of its corners.
+//! 1. If the pieces overlap, the Minkowski difference A − B contains the origin. The depth is the
+//!    distance from the origin to the boundary of A − B. Start with a tetrahedron of four
+//!    corners of A − B.
 //! 2. Take the face of the current polytope whose plane is nearest to the origin, and find the
 //!    support point along its normal.
-//! 3. If the support point is no farther out than the face, the face lies on the boundary: stop.
-//!    Otherwise remove all faces that the point sees, and close the hole with faces to the point.
+//! 3. If the support point is not outside the face's plane, the face lies on the boundary: stop.
+//!    Otherwise remove all faces with the point above their planes, and close the hole with faces
+//!    to the point.
 //! 4. The witness is the point of this face that is nearest to the origin. Its barycentric weights,
 //!    applied to the corners on A and on B, give the two points.
 //!
-//! Deviation: the start is not the last simplex of a GJK run. It consists of four support
-//! points that span a volume, as in quickhull, and distances of faces are signed. While the origin
-//! is outside, the polytope grows towards it; afterwards the algorithm is the same. So degenerate
-//! ends of GJK need no special case. The caller knows already that the pieces overlap. Of several
-//! faces in one plane, the face that contains the witness is used.
+//! Deviation: the start is not the last simplex of a GJK run. The start tetrahedron consists of
+//! four support points that span a volume, as in quickhull, and distances of faces are signed.
+//! While the origin is outside, the polytope grows towards the origin; afterwards it grows as in
+//! the original algorithm. So degenerate ends of GJK need no special case. If several faces lie in
+//! one plane, the face that contains the witness is used.
 
 use glam::DVec3;
 use palpus::algebra::{Placement, closest_on_triangle};
 use palpus::body::Polytope;
 
-/// Relative to the size of A − B: the search stops if the support point is not farther than this
-/// outside the face. A larger value makes depths too small by as much; with a smaller one the
-/// search follows rounding.
+/// The search stops if the support point is outside the face by at most this, relative to the
+/// size of A − B. A larger value makes depths too small by up to this value. With a smaller value
+/// the search would follow rounding errors.
 const PROGRESS: f64 = 1e-12;
-/// Relative to the size of A − B: a thinner start tetrahedron counts as flat.
+/// A start tetrahedron thinner than this, relative to the size of A − B, counts as flat.
 const FLAT: f64 = 1e-9;
 /// Largest number of rounds. Pairs of pieces with some hundred corners need about ten.
 const ROUNDS: usize = 512;
 
 /// Depth and witness of a pair of pieces, in b's frame: moving a by `depth · normal` separates the
-/// two.
+/// pieces.
 ///
 /// The points satisfy `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,7 +99,7 @@ fn start(support: &impl Fn(DVec3) -> Corner, size: f64) -> Option<[Corner; 4]> {
     let (p, q) = (support(DVec3::X), support(DVec3::NEG_X));
     let line = (q.w - p.w).try_normalize()?;
     let across = line.any_orthonormal_vector();
-    // At least one of these directions around the line gives a corner off the line.
+    // At least one of these directions perpendicular to the line gives a corner off the line.
     let around = [across, line.cross(across), -across, across.cross(line)].map(support);
     let off_line = |c: &Corner| (c.w - p.w).cross(line).length();
     let r = around.into_iter().max_by(|c, d| off_line(c).total_cmp(&off_line(d)))?;
@@ -122,8 +124,8 @@ fn face(corners: &[Corner], triangle: [usize; 3]) -> Option<Face> {
 fn grow(corners: &[Corner], faces: &mut Vec<Face>) -> bool {
     let new = corners.len() - 1;
     let sees = |f: &Face| f.normal.dot(corners[new].w) > f.distance;
-    // Directed sides of the removed faces. A side whose opposite is not among them belongs to the
-    // rim of the hole.
+    // Directed sides of the removed faces. A side without its reversed side in this list belongs to
+    // the rim of the hole.
     let sides: Vec<[usize; 2]> = faces
         .iter()
         .filter(|f| sees(f))

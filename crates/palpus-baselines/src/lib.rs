@@ -1,5 +1,5 @@
-//! Other haptic rendering methods, implemented from their papers for comparison with palpus. They
-//! are used only in benchmarks: no part of the product depends on this crate.
+//! Other haptic rendering methods, implemented from their papers for comparison with palpus. Only
+//! benchmarks use these methods: no part of the product depends on this crate.
 //!
 //! * [`Epa`] follows Coal, FCL and most physics engines: each overlapping pair of convex pieces
 //!   gives one contact, with a witness from the expanding polytope algorithm.
@@ -8,22 +8,22 @@
 //! * [`Voxel`] follows \[MPT99\], which is reference \[30\] of \[K02\]: each point of the probe's
 //!   shell inside the environment's force field of voxels is a contact.
 //!
-//! All of them render directly, as the paper does: they take the relative pose and return the
-//! wrench on the probe. [`Coupled`] puts the virtual coupling of \[MPT99\] around any of them. A
-//! [`Baseline`] stores only what its method stores. It may allocate, and has no deadline. The same
-//! calls give identical results.
+//! All these methods render directly, like the paper: they take the relative pose and return the
+//! wrench on the probe. [`Coupled`] adds the virtual coupling of \[MPT99\] to any of them. A
+//! [`Baseline`] stores only the data that its method stores. It may allocate memory, and it has no
+//! deadline. Equal sequences of calls give identical results.
 //!
 //! Sources. \[GME00\]: Gregory, Mascarenhas, Ehmann, Lin, Manocha, *Six Degree-of-Freedom Haptic
 //! Display of Polygonal Models*, IEEE Visualization 2000. \[MPT99\]: McNeely, Puterbaugh, Troy,
 //! *Six Degree-of-Freedom Haptic Rendering Using Voxel Sampling*, SIGGRAPH 1999. \[K02\]: Kim,
 //! Otaduy, Lin, Manocha 2002, the paper that palpus starts from.
 //!
-//! We had the abstracts of \[GME00\] and \[MPT99\], and the description of both in \[K02\], but not
-//! the full texts. Passages in quotation marks were checked. The other steps follow general
+//! We had the abstracts of \[GME00\] and \[MPT99\], and the descriptions of both methods in
+//! \[K02\], but not the full texts. Quotations were checked. The other steps follow general
 //! knowledge of the two methods, so they have no section numbers. The documentation of each method
 //! lists our own choices.
 //!
-//! A number that decides a result is a named constant in its file; the register in
+//! Each number that affects a result is a named constant in its file. The register in
 //! `palpus::algebra::tolerance` is for the engine only.
 
 mod coupled;
@@ -47,7 +47,7 @@ pub use voxel::{Beyond, Voxel, VoxelSettings};
 /// Contact settings of every method, with the names of `palpus::render::Settings`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// t, m: a contact exists if the separation is below this.
+    /// t, m: a contact exists below this separation.
     pub tolerance: f64,
     /// k, N/m: stiffness of each contact.
     pub stiffness: f64,
@@ -108,7 +108,7 @@ pub trait Baseline {
     /// last step, s. An invalid pose gives a zero wrench.
     fn step(&mut self, pose_ba: &Pose, twist: &Twist, dt: f64) -> Felt;
 
-    /// Discards the memory of earlier steps.
+    /// Discards the state of earlier steps.
     fn clear(&mut self);
 }
 
@@ -122,7 +122,7 @@ pub enum BaselineError {
         field: &'static str,
         /// The value.
         value: f64,
-        /// The rule that it breaks.
+        /// The rule for valid values.
         rule: &'static str,
     },
     /// The voxels take more memory than allowed.

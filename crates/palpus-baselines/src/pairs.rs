@@ -1,14 +1,13 @@
-//! The pairs of convex pieces that are near each other. All methods on pieces use palpus's own
-//! query.
+//! The pairs of convex pieces that are near each other, found by palpus's own query.
 
 use palpus::algebra::Placement;
 use palpus::body::Body;
 use palpus::collision::{Front, LeafPair, LeafPairs, PlacedPair, Side};
 
-/// Largest number of pairs in one step; if there are more, the deepest are kept. As in
-/// `palpus::render::Settings::default`.
+/// Largest number of pairs in one step, as in `palpus::render::Settings::default`. If there are
+/// more, the deepest are kept.
 const CAPACITY: usize = 4096;
-/// Number of node pairs that the query stores. As in `palpus::detect::ContactQuery`.
+/// Number of node pairs that the query stores, as in `palpus::detect::ContactQuery`.
 const NODE_PAIRS: usize = 1 << 15;
 
 /// The query for near pairs, with its memory.

@@ -9,34 +9,36 @@
 //!    palpus computes the contacts of disjoint pairs.
 //! 2. *Prediction*: \[K02 §5.3\]: "In \[16\] penetration depth is roughly estimated along the
 //!    direction of motion using the previous closest feature pairs". Each pair within the watch
-//!    distance stores its last closest points, each fixed to its body, and their direction. If the
-//!    pair overlaps, its separation is the distance of the two points along this direction: the
-//!    last distance minus the motion since then.
-//! 3. *Clusters*: contacts within a radius of the deepest one become one cluster, with their mean
-//!    point, direction and separation. This is repeated with the remaining contacts.
-//! 4. *Restoring force*: k (t − d) for each cluster, and its torque; all are added up.
+//!    distance stores its last closest points, each fixed to its body, and the direction between
+//!    them. If the pair overlaps, its separation is the distance of the two points along this
+//!    direction: the last distance minus the motion since then.
+//! 3. *Clusters*: contacts within a radius of the deepest contact become one cluster, with their
+//!    mean point, direction and separation. Then this is repeated with the remaining contacts.
+//! 4. *Restoring force*: each cluster gives the force k (t − d) and its torque. All forces and
+//!    torques are added up.
 //! 5. *Force and torque interpolation* (as Otaduy and Lin summarise \[GME00\], as far as we
 //!    recall): between steps the wrench changes by at most a given amount.
 //!
 //! Our choices, since the full text was not at hand:
 //!
-//! * The direction is that between the closest points. It turns with the body whose feature is a
-//!   face. Along the velocity, a body that slides on a surface would have its whole path as depth.
-//! * A pair that overlaps and was never seen apart is evaluated at the pose of the last step, or
-//!   before the first step at the pose that the twist gives. If it overlaps there too, it gives no
-//!   force. This is rare for a watched pair.
-//! * Pairs are watched from four tolerances on, so that their features are known when contact
-//!   begins.
+//! * Depths are measured along the direction between the closest points, which turns with the body
+//!   whose feature is a face. Along the velocity, the depth of a sliding body would include its
+//!   whole path.
+//! * If a pair overlaps and its closest points were never measured, they are computed at an earlier
+//!   pose. This is the pose of the last step; in the first step, the twist gives the earlier pose.
+//!   If the pair overlaps there too, it gives no force, which is rare for a watched pair.
+//! * Pairs are watched below a distance of four tolerances, so that their features are known when
+//!   contact begins.
 //! * Pieces have virtual features where the surface was cut. As in palpus, closest points on
-//!   virtual features are no contacts, and nothing is predicted from them, unless
+//!   virtual features give no contacts and no predictions, unless
 //!   [`PredictedSettings::virtual_features`] is set.
 //! * While a pair overlaps, it keeps the features from the moment before the overlap, however far
-//!   it slides. With [`PredictedSettings::drawn_back`] the features are searched again in each
-//!   step, at the pose where the probe is moved back along the last direction until the pair is
-//!   apart. This is better than what \[K02\] describes, so that its claims can be compared with
-//!   both readings.
-//! * Clusters have the same radius as in palpus. Interpolation is off by default, since it delays
-//!   every force and hides the steps of the force.
+//!   it slides. With [`PredictedSettings::drawn_back`], the features are searched again in each
+//!   step. For this search, the probe is moved back along the last direction until the pair is
+//!   apart. This variant is better than the method that \[K02\] describes, so the claims of \[K02\]
+//!   can be tested with both variants.
+//! * Clusters have the same radius as in palpus. Interpolation is off by default, because it delays
+//!   every force and hides force steps.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -49,7 +51,8 @@ use palpus::collision::{Closest, LeafPair, Proximity, initial_features, march};
 use crate::pairs::Pairs;
 use crate::{Baseline, BaselineError, Felt, Settings, positive};
 
-/// Watch distance in tolerances. A hand at 1 m/s moves one default tolerance (1 mm) per step.
+/// Watch distance, as a multiple of the tolerance. A hand at 1 m/s moves one default tolerance (1
+/// mm) per step.
 const WATCH: f64 = 4.0;
 
 /// Settings of the method.
@@ -57,12 +60,13 @@ const WATCH: f64 = 4.0;
 pub struct PredictedSettings {
     /// Contact settings.
     pub contact: Settings,
-    /// Contacts nearer than this to a deeper one share its force, m; 0 gives every contact its own
-    /// force.
+    /// Contacts nearer than this to a deeper contact share the force of the deeper one, m; 0 gives
+    /// every contact its own force.
     pub cluster_radius: f64,
     /// If true, closest points on the cuts between pieces count as contacts.
     pub virtual_features: bool,
-    /// If true, the features of overlapping pairs are searched again where the probe is drawn back.
+    /// If true, the features of overlapping pairs are searched again in each step, with the probe
+    /// moved back until the pair is apart.
     pub drawn_back: bool,
     /// Largest change of the wrench in a step; `None` for no limit.
     pub most_change: Option<Change>,
@@ -96,14 +100,14 @@ pub struct Predicted {
     b: Arc<Body>,
     settings: PredictedSettings,
     pairs: Pairs,
-    /// The last closest features of the watched pairs, by the numbers of their pieces.
+    /// The last closest features of the watched pairs, by the indices of their pieces.
     last: BTreeMap<[u32; 2], LastClosest>,
     last_pose: Option<Placement>,
     last_wrench: Wrench,
     steps: u64,
 }
 
-/// The closest points of a pair from when it was last apart.
+/// The closest points of a pair when it was last apart.
 #[derive(Clone, Copy, Debug)]
 struct LastClosest {
     /// Point on a, in a's frame.
@@ -129,7 +133,7 @@ enum Direction {
 
 /// A contact, or the mean of several contacts, in b's frame.
 #[derive(Clone, Copy, Debug)]
-struct Push {
+struct PointContact {
     point: DVec3,
     normal: DVec3,
     separation: f64,
@@ -155,7 +159,7 @@ impl Predicted {
     }
 
     /// Returns all contacts nearer than the tolerance, measured or predicted.
-    fn contacts(&mut self, place: &Placement, before: &Placement) -> Vec<Push> {
+    fn contacts(&mut self, place: &Placement, before: &Placement) -> Vec<PointContact> {
         let Settings { tolerance, .. } = self.settings.contact;
         let mut contacts = Vec::new();
         for pair in self.pairs.within(&self.a, &self.b, place, WATCH * tolerance) {
@@ -173,9 +177,9 @@ impl Predicted {
             let Some(mut last) = found else { continue };
             last.seen = self.steps;
             self.last.insert(pieces, last);
-            let push = last.at(place);
-            if push.separation < tolerance && (last.real || self.settings.virtual_features) {
-                contacts.push(push);
+            let contact = last.at(place);
+            if contact.separation < tolerance && (last.real || self.settings.virtual_features) {
+                contacts.push(contact);
             }
         }
         contacts
@@ -210,9 +214,9 @@ impl Baseline for Predicted {
         self.last.retain(|_, last| last.seen == self.steps);
         self.last_pose = Some(place);
         let mut felt = Felt::NOTHING;
-        for push in clustered(contacts, self.settings.cluster_radius) {
-            let force = push.normal * (stiffness * (tolerance - push.separation));
-            felt.push(force, push.point, push.separation, grip);
+        for contact in clustered(contacts, self.settings.cluster_radius) {
+            let force = contact.normal * (stiffness * (tolerance - contact.separation));
+            felt.push(force, contact.point, contact.separation, grip);
         }
         felt.wrench = self.interpolated(felt.wrench);
         self.last_wrench = felt.wrench;
@@ -244,20 +248,20 @@ impl LastClosest {
         }
     }
 
-    /// Returns the contact of the two points at another pose. At the pose at which they were the
-    /// closest points, it is the measured contact.
-    fn at(&self, place: &Placement) -> Push {
+    /// Returns the contact of the two points at another pose. At the pose of the measurement, this
+    /// is the measured contact.
+    fn at(&self, place: &Placement) -> PointContact {
         let normal = match self.normal {
             Direction::OfA(in_a) => place.vector(in_a),
             Direction::OfB(in_b) => in_b,
         };
         let point_a = place.point(self.point_a);
-        Push { point: (point_a + self.point_b) * 0.5, normal, separation: (point_a - self.point_b).dot(normal) }
+        PointContact { point: (point_a + self.point_b) * 0.5, normal, separation: (point_a - self.point_b).dot(normal) }
     }
 }
 
-/// Returns the closest points of an overlapping pair at the pose where the prediction puts the
-/// pieces one tolerance apart; `None` if they overlap there.
+/// Returns the closest points of an overlapping pair at the pose where the pieces are one tolerance
+/// apart according to the prediction. `None` if they overlap there.
 fn draw_back(
     a: &Body,
     b: &Body,
@@ -266,12 +270,12 @@ fn draw_back(
     last: &LastClosest,
     tolerance: f64,
 ) -> Option<LastClosest> {
-    let Push { normal, separation, .. } = last.at(place);
+    let PointContact { normal, separation, .. } = last.at(place);
     let drawn = Placement { translation: place.translation + normal * (tolerance - separation), ..*place };
     look_back(a, b, pair, &drawn)
 }
 
-/// Returns the closest points of a pair at an earlier pose; `None` if it overlapped there.
+/// Returns the closest points of a pair at an earlier pose; `None` if the pair overlapped there.
 fn look_back(a: &Body, b: &Body, pair: &LeafPair, before: &Placement) -> Option<LastClosest> {
     let (piece_a, piece_b) = (&a.polytopes()[pair.piece_a as usize], &b.polytopes()[pair.piece_b as usize]);
     match march(piece_a, piece_b, before, initial_features(piece_a, piece_b, before)).proximity {
@@ -287,20 +291,22 @@ fn earlier(pose_ba: &Pose, twist: &Twist, dt: f64, grip: DVec3) -> Placement {
     Pose::new(back * pose_ba.rotation, translation).placement()
 }
 
-/// Joins contacts within `radius` of a deeper one, starting with the deepest.
-fn clustered(mut contacts: Vec<Push>, radius: f64) -> Vec<Push> {
+/// Joins contacts within `radius` of a deeper contact, starting with the deepest.
+fn clustered(mut contacts: Vec<PointContact>, radius: f64) -> Vec<PointContact> {
     contacts.sort_by(|p, q| p.separation.total_cmp(&q.separation));
     let mut clusters = Vec::new();
     while let Some(&deepest) = contacts.first() {
-        let near = |push: &Push| push.point.distance(deepest.point) < radius;
-        let (members, others): (Vec<Push>, Vec<Push>) = contacts.iter().skip(1).partition(|push| near(push));
+        let near = |contact: &PointContact| contact.point.distance(deepest.point) < radius;
+        let (members, others): (Vec<PointContact>, Vec<PointContact>) =
+            contacts.iter().skip(1).partition(|contact| near(contact));
         let count = (members.len() + 1) as f64;
-        let sum = |value: &dyn Fn(&Push) -> DVec3| members.iter().map(value).fold(value(&deepest), |s, v| s + v);
-        let separation = members.iter().fold(deepest.separation, |sum, push| sum + push.separation) / count;
-        clusters.push(Push {
-            point: sum(&|push| push.point) / count,
+        let sum =
+            |value: &dyn Fn(&PointContact) -> DVec3| members.iter().map(value).fold(value(&deepest), |s, v| s + v);
+        let separation = members.iter().fold(deepest.separation, |sum, contact| sum + contact.separation) / count;
+        clusters.push(PointContact {
+            point: sum(&|contact| contact.point) / count,
             // If opposite directions cancel, the direction of the deepest contact is used.
-            normal: sum(&|push| push.normal).try_normalize().unwrap_or(deepest.normal),
+            normal: sum(&|contact| contact.normal).try_normalize().unwrap_or(deepest.normal),
             separation,
         });
         contacts = others;
@@ -320,8 +326,8 @@ mod tests {
 
     #[test]
     fn ball_and_box_on_a_table_are_pushed_up() {
-        // In a vertical motion the last closest features stay the deepest ones, so the prediction
-        // is exact.
+        // In a vertical motion, the last closest features stay the deepest features, so the
+        // prediction is exact.
         testing::ball_on_table(make);
         testing::box_on_table(make);
     }
@@ -333,8 +339,8 @@ mod tests {
 
     #[test]
     fn prediction_keeps_old_features_while_sliding_inside() {
-        // This is the weakness that [K02] describes. The ball is pressed in by 0.5 mm and then
-        // rolled by 20°. The corner that touched first is then far from the deepest one.
+        // The test shows the weakness that [K02] describes. The ball is pressed in by 0.5 mm and
+        // then rolled by 20°. Then the corner that touched first is far from the deepest corner.
         let mut method = make(testing::ball(), testing::table(), testing::SETTINGS);
         let mut roll = |angle: f64, height: f64| {
             let pose = Pose::new(DQuat::from_rotation_y(angle), DVec3::Z * (0.012 + height));
@@ -378,8 +384,8 @@ mod tests {
 
     #[test]
     fn clusters_are_means_of_contacts() {
-        let push = |x: f64, separation: f64| Push { point: DVec3::X * x, normal: DVec3::Z, separation };
-        let joined = clustered(vec![push(0.0, 1.0), push(1.0, -1.0), push(5.0, 0.5)], 2.0);
+        let contact = |x: f64, separation: f64| PointContact { point: DVec3::X * x, normal: DVec3::Z, separation };
+        let joined = clustered(vec![contact(0.0, 1.0), contact(1.0, -1.0), contact(5.0, 0.5)], 2.0);
         assert_eq!(joined.len(), 2);
         assert_eq!((joined[0].point.x, joined[0].separation), (0.5, 0.0));
         assert_eq!((joined[1].point.x, joined[1].separation), (5.0, 0.5));

@@ -33,8 +33,9 @@ pub(crate) fn table() -> Arc<Body> {
 
 type Maker<'a> = &'a dyn Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>;
 
-/// Moves a body down onto the table, with one corner of its mesh lowest. Calls `judge` with the
-/// height of this corner over the table (m), its lever arm from the grip, and the result.
+/// Moves a body down onto the table, so that one corner of its mesh touches first. Calls `judge`
+/// with the height of this corner over the table (m), its lever arm from the grip (m), and the
+/// result.
 fn down(soup: &PolygonSoup, turn: DQuat, make: Maker<'_>, mut judge: impl FnMut(f64, DVec3, &Felt)) {
     let mut method = make(body(soup), table(), SETTINGS);
     let lowest =

@@ -19,8 +19,8 @@ pub const PALPUS_FLATNESS_EXACT: f64 = 3e-8;
 /// one face.
 pub const PALPUS_FLATNESS_HAPTIC: f64 = 3e-5;
 
-/// A body. Any number of threads, queries and worlds may use it at the same time. Queries and
-/// worlds that use it keep it alive after it is destroyed.
+/// A body. Any number of threads, queries and worlds may use a body at the same time. A body that a
+/// query or a world uses stays in memory after its handle is destroyed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_body {
@@ -37,8 +37,8 @@ pub struct palpus_body_settings {
     /// How far a piece may deviate from the surface, as a fraction of the model's size, from 0 to
     /// 0.001.
     pub flatness: f64,
-    /// 1: pieces reach into the solid, so that deep penetration is detected. 0: they are only as
-    /// thick as their part of the surface.
+    /// 1: pieces reach into the solid, so that deep penetration is detected. 0: each piece is only
+    /// as thick as its part of the surface.
     pub thick: u32,
 }
 
@@ -70,7 +70,7 @@ pub struct palpus_body_facts {
 /// The value behind a body's handle.
 pub(crate) struct Shared {
     pub(crate) body: Arc<Body>,
-    /// Computed when a depth is first requested.
+    /// The interior is computed when a depth is first requested.
     interior: OnceLock<Interior>,
 }
 

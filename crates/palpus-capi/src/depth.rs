@@ -1,4 +1,4 @@
-//! How deep two bodies of any shape overlap, with proven bounds.
+//! Penetration depth of two bodies of any shape, with proven bounds.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::pointer::{In, Out};
 use crate::result::{Fault, entry, palpus_result};
 use crate::value::palpus_pose;
 
-/// The penetration depth of a body a in a body b. Only one thread may use it at a time.
+/// The penetration depth of a body a in a body b. Only one thread may use a depth at a time.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_depth {
@@ -23,7 +23,7 @@ pub struct palpus_depth {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_depth_settings {
-    /// The search ends if upper - lower is at most this, m.
+    /// The search ends if upper - lower is at most this gap, m.
     pub gap: f64,
     /// The search ends after about this many evaluations.
     pub budget: u64,
@@ -35,7 +35,7 @@ pub struct palpus_depth_settings {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_depth_bounds {
-    /// No shorter translation separates the bodies, m. 0 if they are already separate.
+    /// No shorter translation separates the bodies, m. 0 if the bodies are already separate.
     pub lower: f64,
     /// The length of `translation`, m.
     pub upper: f64,
@@ -87,7 +87,7 @@ pub unsafe extern "C" fn palpus_depth_settings_default(
 }
 
 /// Prepares two bodies for depth queries. The first preparation of a large body takes up to minutes
-/// on all cores; later ones reuse it. `settings` may be NULL for the defaults.
+/// on all cores; later preparations reuse its result. `settings` may be NULL for the defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_depth_create(
     a: palpus_body,

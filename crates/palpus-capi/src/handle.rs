@@ -2,10 +2,10 @@
 //!
 //! * A handle encodes its kind, its place in the table of that kind, and how often the place was
 //!   used before. So a handle that is old, of another kind or otherwise wrong is detected.
-//! * Each place has a lock, and no function waits for it. If two threads use one world at the same
-//!   time, the second one gets an error at once. This needs an atomic exchange, not a system call.
-//! * A panic poisons the lock of the value that it left half changed. That value can then only be
-//!   destroyed.
+//! * Each place has a lock, and no function waits for this lock. If two threads use one world at
+//!   the same time, the second thread gets an error at once. The check needs an atomic exchange,
+//!   not a system call.
+//! * A panic poisons the lock of a half-changed value. That value can then only be destroyed.
 //! * Values never move. Tables only grow, by chunks of twice the size.
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, RwLock, TryLockError};
@@ -90,7 +90,8 @@ impl<T> Table<T> {
             | u64::from(place))
     }
 
-    /// Calls `act` with the value of a handle. No other thread can change it in the meantime.
+    /// Calls `act` with the value of a handle. No other thread can change the value in the
+    /// meantime.
     pub(crate) fn read<R>(&self, handle: u64, act: impl FnOnce(&T) -> Result<R, Fault>) -> Result<R, Fault> {
         let slot = self.place(handle)?.try_read().map_err(|error| self.refused(&error))?;
         match &slot.value {
@@ -99,7 +100,7 @@ impl<T> Table<T> {
         }
     }
 
-    /// Calls `act` with the value of a handle. No other thread can use it in the meantime.
+    /// Calls `act` with the value of a handle. No other thread can use the value in the meantime.
     pub(crate) fn change<R>(&self, handle: u64, act: impl FnOnce(&mut T) -> Result<R, Fault>) -> Result<R, Fault> {
         let mut slot = self.place(handle)?.try_write().map_err(|error| self.refused(&error))?;
         let is_current = slot.generation == generation(handle);
@@ -123,8 +124,8 @@ impl<T> Table<T> {
             }
             slot.generation += 1;
             place.clear_poison();
-            // If the place was used so often that its next handle would equal an old one, it is not
-            // used again.
+            // If the next handle of the place would equal an old handle, the place is not used
+            // again.
             if slot.generation < MOST_GENERATIONS {
                 self.free().0.push(handle as u32);
             }

@@ -1,14 +1,14 @@
 //! palpus as a C library.
 //!
-//! `include/palpus.h` is generated from this crate (`tests/header.rs` compares the two), and
-//! `docs/c.md` describes it.
+//! `include/palpus.h` is generated from this crate. `tests/header.rs` compares the header with the
+//! crate, and `docs/c.md` describes the library.
 //!
 //! * [`handle`] — C code gets numbers, never addresses. A handle that is wrong, old or of another
 //!   kind is detected. Using a handle that another thread is using gives an error at once.
 //! * [`result`] — each function returns a code. The text of the thread's last error is stored
 //!   separately. A panic also becomes a code.
 //! * [`mod@pointer`] — checks the pointers from C as far as possible, then copies the values. No
-//!   other file reads or writes through them.
+//!   other file reads or writes through pointers.
 //!
 //! # Safety
 //!

@@ -42,7 +42,7 @@ impl<T: Copy> In<T> {
     /// # Safety
     /// Same as [`InArray::new`], for one value.
     pub(crate) unsafe fn new(pointer: *const T, name: &'static str) -> Self {
-        // SAFETY: the caller guarantees it.
+        // SAFETY: the caller guarantees the conditions of `InArray::new`.
         Self { array: unsafe { InArray::new(pointer, 1, name) } }
     }
 
@@ -81,8 +81,8 @@ impl<T: Copy> InArray<T> {
             k < self.count && check(self.pointer, self.count, self.name).is_ok(),
             "the values must be checked first"
         );
-        // SAFETY: the pointer is aligned and not null. By the contract of `new`, it points to more
-        // than k values.
+        // SAFETY: the pointer is aligned and not null. By the contract of `new`, the pointer points
+        // to more than k values.
         unsafe { self.pointer.add(k).read() }
     }
 }
@@ -91,11 +91,12 @@ impl<T> Out<T> {
     /// # Safety
     /// As [`OutArray::new`], for one place.
     pub(crate) unsafe fn new(pointer: *mut T, name: &'static str) -> Self {
-        // SAFETY: the caller guarantees it.
+        // SAFETY: the caller guarantees the conditions of `OutArray::new`.
         Self { array: unsafe { OutArray::new(pointer, 1, name) } }
     }
 
-    /// Fails if the pointer cannot point to a place. Called before work whose result would be lost.
+    /// Fails if the pointer cannot point to a place. Call this check before work whose result would
+    /// otherwise be lost.
     pub(crate) fn check(&self) -> Result<(), Fault> {
         self.array.check()
     }
@@ -137,8 +138,8 @@ impl<T> OutArray<T> {
             k < self.count && check(self.pointer, self.count, self.name).is_ok(),
             "the places must be checked first"
         );
-        // SAFETY: the pointer is aligned and not null. By the contract of `new`, it points to more
-        // than k places.
+        // SAFETY: the pointer is aligned and not null. By the contract of `new`, the pointer points
+        // to more than k places.
         unsafe { self.pointer.add(k).write(value) };
     }
 }
@@ -151,7 +152,7 @@ impl Text {
         Self { pointer, name }
     }
 
-    /// Returns the text. Fails if it is not UTF-8 or has no zero within `LONGEST_TEXT` bytes.
+    /// Returns the text. Fails if the text is not UTF-8 or has no zero within `LONGEST_TEXT` bytes.
     pub(crate) fn get(&self) -> Result<String, Fault> {
         check(self.pointer, 1, self.name)?;
         let mut bytes = Vec::new();

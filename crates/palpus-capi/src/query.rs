@@ -8,7 +8,7 @@ use crate::pointer::{In, Out, OutArray};
 use crate::result::{Fault, entry, palpus_result};
 use crate::value::{palpus_contact, palpus_pose};
 
-/// Largest capacity of a query. Its memory is allocated when the query is created.
+/// Largest capacity of a query. The memory of a query is allocated when the query is created.
 const MOST_CONTACTS: u64 = 1 << 20;
 
 /// The contacts of a body a with a body b. Only one thread may use a query at a time; different
@@ -24,12 +24,13 @@ pub struct palpus_query {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_query_settings {
-    /// Contacts have a separation below this, m. 0 finds overlaps only.
+    /// Contacts have a separation below the tolerance, m. 0 finds overlaps only.
     pub tolerance: f64,
     /// Maximum number of contacts of one query, 1 to 1048576. If there are more, the deepest are
     /// kept.
     pub capacity: u64,
-    /// 1: the depth of each pair of pieces is proven to be the least. 0: it is a local minimum.
+    /// 1: the depth of each pair of pieces is proven to be the smallest. 0: the depth is a local
+    /// minimum.
     pub prove: u32,
     /// Flush pieces give contacts at the corners of their overlap, for tilts up to this angle (rad,
     /// 0 to 1). 0: one exact contact for each pair of pieces.
@@ -106,9 +107,9 @@ pub unsafe extern "C" fn palpus_query_create(
 }
 
 /// Finds all contacts with a separation below the tolerance, with a at `pose_ba` in b's frame. The
-/// contacts are in b's frame. Writes the first `capacity` of them to `contacts`, and the total
-/// number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous one takes
-/// the least time. Allocates no memory.
+/// contacts are in b's frame. Writes the first `capacity` contacts to `contacts`, and the total
+/// number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous pose
+/// takes the least time. Allocates no memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_query_contacts(
     query: palpus_query,

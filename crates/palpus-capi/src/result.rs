@@ -96,9 +96,9 @@ fn remember(text: &str) {
     let _ = LAST.try_with(|last| last.set(bytes));
 }
 
-/// Returns the text of this thread's last error: UTF-8, empty if there was no error. It is valid
-/// until the thread's next error or the end of the thread; copy it to keep it. A function that
-/// succeeds leaves it unchanged.
+/// Returns the text of this thread's last error: UTF-8, empty if there was no error. The text is
+/// valid until the thread's next error or the end of the thread; copy the text to keep it. A
+/// function that succeeds leaves the text unchanged.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_last_error() -> *const c_char {
     LAST.try_with(|last| last.as_ptr().cast_const().cast()).unwrap_or(c"".as_ptr())
@@ -111,8 +111,8 @@ mod tests {
     use super::*;
 
     fn last() -> &'static str {
-        // SAFETY: the text ends with a zero and lives as long as the thread. The thread reads it
-        // before its next error.
+        // SAFETY: the text ends with a zero and lives as long as the thread. The thread reads the
+        // text before its next error.
         unsafe { CStr::from_ptr(palpus_last_error()) }.to_str().unwrap()
     }
 

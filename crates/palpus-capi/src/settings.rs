@@ -58,7 +58,7 @@ pub struct palpus_friction {
     pub tangential_stiffness: f64,
 }
 
-/// How a material vibrates when it is hit: a decaying vibration.
+/// A decaying vibration that a material makes when it is hit.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_material {
@@ -120,7 +120,7 @@ pub struct palpus_settings {
 }
 
 impl palpus_settings {
-    /// Returns the engine's settings. The engine checks their values later.
+    /// Returns the engine's settings. The engine checks the values later.
     pub(crate) fn read(&self) -> Result<Settings, Fault> {
         let palpus_coupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass } = self.coupling;
         let coupling = VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass };

@@ -12,7 +12,7 @@ use crate::result::Fault;
 pub struct palpus_pose {
     /// Origin of the placed frame in the other frame: x, y, z, m.
     pub position: [f64; 3],
-    /// Unit quaternion x, y, z, w. Its length may differ from 1 by up to 0.001.
+    /// Unit quaternion x, y, z, w. The length may differ from 1 by up to 0.001.
     pub rotation: [f64; 4],
 }
 

@@ -4,8 +4,8 @@ use std::ffi::c_char;
 
 use crate::result::{Fault, entry, palpus_result};
 
-/// ABI version of this header. It increases whenever a structure or an existing function changes.
-/// New functions do not increase it.
+/// ABI version of this header. The version increases whenever a structure or an existing function
+/// changes. New functions do not increase the version.
 pub const PALPUS_ABI_VERSION: u32 = 2;
 
 /// Returns the library's version as text, such as "0.1.0".

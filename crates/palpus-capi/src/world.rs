@@ -20,7 +20,7 @@ pub struct palpus_world {
     pub id: u64,
 }
 
-/// An object in a world, or the body of a tool. Other worlds reject it with an error.
+/// An object in a world, or the body of a tool. Other worlds reject the handle with an error.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_object {
@@ -40,9 +40,9 @@ pub struct palpus_tool {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_probe {
-    /// Pose of the grip in the world. Its axes are the tool's axes.
+    /// Pose of the grip in the world. The axes of the grip are the tool's axes.
     pub pose: palpus_pose,
-    /// Velocity of the grip, in the world's axes. Only dampers use it.
+    /// Velocity of the grip, in the world's axes. Only dampers use the velocity.
     pub twist: palpus_twist,
 }
 
@@ -56,15 +56,15 @@ pub struct palpus_tick {
     pub wrench: palpus_wrench,
     /// The same wrench before the limits were applied.
     pub computed: palpus_wrench,
-    /// Pose of the tool's frame in the world at which contacts were found. With a coupling, this
-    /// differs from the device's pose.
+    /// Pose of the tool's frame in the world at which contacts were found. With a coupling, the
+    /// tool's pose differs from the device's pose.
     pub tool: palpus_pose,
     /// Number of contacts. palpus_world_contacts returns them.
     pub contact_count: u64,
     /// Units of work that the query of this step took.
     pub work: u64,
     /// The pairs that the step skipped to stay within its work limit are at least this far apart,
-    /// m. Infinite if it skipped none.
+    /// m. Infinite if the step skipped no pair.
     pub unseen_separation: f64,
     /// 1 if the force was reduced to its limit.
     pub saturated_force: u32,
@@ -108,7 +108,7 @@ pub(crate) struct Hosted {
     serial: u32,
     objects: Vec<(BodyId, Motion)>,
     tools: Vec<ToolId>,
-    /// States of the devices in the current step. Kept to reuse its memory.
+    /// States of the devices in the current step. The list is kept to reuse its memory.
     probes: Vec<ProbeState>,
 }
 
@@ -191,7 +191,8 @@ impl Hosted {
         Err(Fault::value(format!("the world already has {MOST_BODIES} bodies, the maximum")))
     }
 
-    /// Makes one step. Returns a fault for the first device whose state is invalid, if any.
+    /// Makes one step. Returns a fault for the first device whose state is invalid, if there is
+    /// such a device.
     pub(crate) fn step(
         &mut self,
         probes: &InArray<palpus_probe>,

@@ -31,8 +31,8 @@ pub extern "C" fn palpus_world_destroy(world: palpus_world) -> palpus_result {
     entry(|| WORLDS.remove(world.id))
 }
 
-/// Sets the gravity that acts on free objects: x, y, z in m/s^2, in the world's axes. It is 0 in a
-/// new world.
+/// Sets the gravity that acts on free objects: x, y, z in m/s^2, in the world's axes. A new world
+/// has no gravity.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_set_gravity(world: palpus_world, gravity: *const f64) -> palpus_result {
     // SAFETY: the caller follows the header.
@@ -81,7 +81,8 @@ pub unsafe extern "C" fn palpus_world_add_fixed(
     entry(|| add(world, body, &pose, &object, Motion::Fixed, 0.0))
 }
 
-/// Adds an object that your program moves with palpus_world_drive. It stays at `pose` until then.
+/// Adds an object that your program moves with palpus_world_drive. The object stays at `pose` until
+/// then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_add_driven(
     world: palpus_world,
@@ -94,8 +95,8 @@ pub unsafe extern "C" fn palpus_world_add_driven(
     entry(|| add(world, body, &pose, &object, Motion::Driven, 0.0))
 }
 
-/// Adds an object of mass `mass` (kg) that moves under contact, friction and gravity. It starts at
-/// rest at `pose`.
+/// Adds an object of mass `mass` (kg) that moves under contact, friction and gravity. The object
+/// starts at rest at `pose`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_add_free(
     world: palpus_world,
@@ -109,8 +110,8 @@ pub unsafe extern "C" fn palpus_world_add_free(
     entry(|| add(world, body, &pose, &object, Motion::Free, mass))
 }
 
-/// Adds a tool that is held through a device. Its probe is the next element of `probes` in
-/// palpus_world_step.
+/// Adds a tool that is held through a device. The state of the device is the next element of
+/// `probes` in palpus_world_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_add_tool(
     world: palpus_world,
@@ -172,7 +173,7 @@ pub unsafe extern "C" fn palpus_world_get_tick(
 }
 
 /// Writes the contacts of a tool in the last step, in the world's frame; a is the tool. Writes the
-/// first `capacity` of them, and the total number to `count`.
+/// first `capacity` contacts, and the total number to `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_contacts(
     world: palpus_world,
@@ -194,7 +195,7 @@ pub unsafe extern "C" fn palpus_world_contacts(
     })
 }
 
-/// Writes the contacts of two objects in the last step, in the world's frame. As
+/// Writes the contacts of two objects in the last step, in the world's frame. Otherwise works like
 /// palpus_world_contacts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_contacts_between(
@@ -262,7 +263,7 @@ pub unsafe extern "C" fn palpus_world_get_twist(
 }
 
 /// Sets the pose and the velocity of a driven object. `twist` is the velocity of the origin of its
-/// frame, in the world's axes. You can call this at any rate; between two calls the object
+/// frame, in the world's axes. You can call this function at any rate; between two calls the object
 /// continues at this velocity.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_drive(

@@ -1,7 +1,7 @@
-//! `include/palpus.abi` lists the functions of the library, and the size and offset of every field
-//! of the header's structures, as a C compiler lays them out for 64 bits. A program that was
-//! compiled with an older header keeps working as long as no line of the list changes. Added lines
-//! are new functions.
+//! `include/palpus.abi` lists the functions of the library, and the size and offset of every
+//! field of the header's structures, as a C compiler lays them out for 64 bits. A program that was
+//! compiled with an older header keeps working as long as no line of the list changes. Added
+//! lines are new functions.
 //!
 //! After a change: `PALPUS_WRITE_ABI=1 cargo test -p palpus-capi --test abi`. If a line was changed
 //! or removed, also increase `PALPUS_ABI_VERSION` and the library's version in Cargo.toml.

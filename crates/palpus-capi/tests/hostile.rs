@@ -29,7 +29,7 @@ const KEPT: usize = 6;
 
 struct Host {
     random: Random,
-    /// Handles of each kind; some of them are destroyed.
+    /// Handles of each kind; some handles are destroyed.
     lists: [Vec<u64>; 5],
     contacts: [palpus_contact; 8],
 }

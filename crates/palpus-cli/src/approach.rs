@@ -1,4 +1,4 @@
-//! Default path of the simulated hand for scenes without one: to the environment and back.
+//! Default path of the simulated hand, for scenes without a path: to the environment and back.
 
 use std::sync::Arc;
 
@@ -19,8 +19,9 @@ pub(crate) struct WayIn {
 }
 
 impl WayIn {
-    /// Returns the path of `a` from `start` to `b` in `environment` (poses in the world). It leads
-    /// towards the middle of `b`; if that misses `b`, it leads towards its nearest point.
+    /// Returns the path of `a` from `start` to `b` in `environment` (poses in the world). The path
+    /// leads to the centre of mass of `b`. If that line misses `b`, the path leads to the nearest
+    /// point of `b`.
     pub(crate) fn find(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolerance: f64) -> Self {
         let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
         let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
@@ -48,21 +49,20 @@ impl WayIn {
         }
     }
 
-    /// Returns the pose at the end of the path from `start`, plus `beyond` (m).
+    /// Returns the pose that is `beyond` (m) past the end of the path from `start`.
     fn end(&self, start: Pose, beyond: f64) -> Pose {
         Pose { translation: start.translation + self.towards * (self.travel + beyond), ..start }
     }
 
-    /// Returns a start on the path that is at most [`FARTHEST`] from first touch; `None` if `start`
-    /// already is.
+    /// Returns the pose on the path at the distance [`FARTHEST`] before first touch; `None` if
+    /// `start` is not farther away.
     pub(crate) fn nearer(&self, start: Pose) -> Option<Pose> {
         (self.travel > FARTHEST).then(|| self.end(start, -FARTHEST))
     }
 }
 
-/// Returns a hand for a scene without a path. It moves from the start towards the environment until
-/// the bodies touch, a little deeper, and back, repeatedly. Poses place the probe's mesh in the
-/// world.
+/// Returns a hand for a scene without a path. The hand moves from the start until the bodies touch,
+/// a little deeper, and back, and repeats this motion. Poses place the probe's mesh in the world.
 pub(crate) fn approach(
     a: &Arc<Body>,
     b: &Arc<Body>,
@@ -72,7 +72,7 @@ pub(crate) fn approach(
     mode: CouplingMode,
 ) -> HandPath {
     let way = WayIn::find(a, b, start, environment, tolerance);
-    // With a coupling, the tool stays outside, however deep the hand's target is.
+    // With a coupling, the tool stays outside even if the hand's target is deep inside.
     let least = match mode {
         CouplingMode::Coupled => LEAST_PRESS,
         CouplingMode::Direct => LEAST_PRESS.min(LEAST_PRESS_SHARE * a.size().min(b.size())),
@@ -84,13 +84,13 @@ pub(crate) fn approach(
     HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
 }
 
-/// Steps of the search for first touch. It converges linearly, so the path of a grazing approach
-/// may end too early.
+/// Steps of the search for first touch. The search converges linearly, so the path of a grazing
+/// approach may end too early.
 const MOST_ADVANCES: usize = 200;
 /// Distance by which the hand presses beyond touch, in contact tolerances.
 const PRESS_TOLERANCES: f64 = 3.0;
-/// Smallest press, m; the device's friction hides a smaller one. Without a coupling, the press is
-/// at most this share of the smaller body, because the hand could pass through it.
+/// Smallest press, m; the device's friction hides a smaller press. Without a coupling, the hand
+/// could pass through a small body, so [`LEAST_PRESS_SHARE`] of the smaller body is the limit.
 const LEAST_PRESS: f64 = 3e-3;
 const LEAST_PRESS_SHARE: f64 = 0.1;
 /// Mean speed of the hand, m/s.

@@ -32,7 +32,7 @@ pub(crate) fn use_cache(yes: bool) {
     CACHE.get_or_init(|| if yes { BodyCache::of_user() } else { None });
 }
 
-/// How the progress of preparing is reported.
+/// How progress is reported while a body is prepared.
 pub(crate) enum Teller<'a> {
     /// With a bar in the terminal.
     Bar,
@@ -115,7 +115,8 @@ pub(crate) fn prepare_soup_telling(
 
 const BAR_STEPS: f64 = 1000.0;
 
-/// A bar on standard error. It is hidden at first, so that it does not flicker for small models.
+/// Creates a bar on standard error. The bar is hidden at first, so that it does not flicker for
+/// small models.
 fn bar(name: &str) -> ProgressBar {
     let target = if output::is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
     let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), target);

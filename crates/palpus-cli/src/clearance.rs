@@ -32,9 +32,9 @@ pub(crate) struct Place {
     pub(crate) frame: usize,
     /// The distance if the bodies do not overlap; else minus the upper bound of the depth.
     pub(crate) clearance: f64,
-    /// No shorter translation separates the bodies.
+    /// Lower bound of the depth: no shorter translation separates the bodies.
     pub(crate) depth_lower: f64,
-    /// Moving A by this translation separates the bodies, in B's frame.
+    /// Translation of A, in B's frame, that separates the bodies.
     pub(crate) way_out: [f64; 3],
     /// Description for people.
     pub(crate) state: &'static str,
@@ -120,7 +120,7 @@ fn tell(summary: &Summary<'_>) {
     }
 }
 
-/// The distance if the bodies do not overlap; else minus the upper bound of the depth.
+/// Returns the distance if the bodies do not overlap; else minus the upper bound of the depth.
 fn clearance_of(answer: &DepthBracket) -> f64 {
     if answer.upper > 0.0 { -answer.upper } else { answer.distance.unwrap_or(0.0) }
 }

@@ -1,4 +1,4 @@
-//! The clock that the program lends to the engine.
+//! The clock that the program passes to the engine.
 
 use std::time::Instant;
 
@@ -10,7 +10,7 @@ pub struct WallClock {
 }
 
 impl WallClock {
-    /// A clock that begins now.
+    /// Creates a clock that begins now.
     #[expect(clippy::new_without_default, reason = "a clock that begins when it is made has no default")]
     pub fn new() -> Self {
         Self { origin: Instant::now() }

@@ -1,5 +1,5 @@
-//! `palpus depth`: computes bounds of the penetration depth of two models of any shape, for a list
-//! of poses.
+//! `palpus depth`: computes bounds of the penetration depth of two models of any shape, for many
+//! poses.
 //!
 //! Frames are divided into runs of fixed length, and one thread computes a run from its beginning.
 //! The results therefore do not depend on the number of threads, and most frames start from the
@@ -44,7 +44,7 @@ struct Deepest {
     upper: f64,
 }
 
-/// Two models and the poses of the first one.
+/// Two models and the poses of the first model.
 pub(crate) struct Pair {
     pub(crate) a: Body,
     pub(crate) b: Body,
@@ -193,7 +193,7 @@ fn note_of(name: &str, body: &Body) -> Option<String> {
     Some(format!("{name} has {}; {meaning}", counted(&notice)))
 }
 
-/// The notice without its last part, which applies to haptics only.
+/// Returns the notice without its last part, which applies to haptics only.
 fn counted(notice: &Notice) -> String {
     let text = notice.to_string();
     text.split(':').next().unwrap_or_default().to_owned()

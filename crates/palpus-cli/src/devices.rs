@@ -119,7 +119,7 @@ fn number(which: Option<&str>) -> anyhow::Result<Option<u8>> {
     }
 }
 
-/// The device's own description, for a recording's header.
+/// Writes the device's own description into a recording's header.
 pub(crate) fn recorded(notes: &[String], into: &mut Table) {
     if !notes.is_empty() {
         into.insert("device".into(), notes.to_vec().into());
@@ -134,7 +134,8 @@ fn library(place: Option<&str>) -> Place {
     place.map_or(Place::Usual, |file| Place::File(file.into()))
 }
 
-/// An address that the user types may be on another machine.
+/// Returns the options of a Haply device. Only an address that the user types may be on another
+/// machine.
 fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOptions {
     HaplyOptions {
         address: place.unwrap_or(HAPLY_ADDRESS).to_owned(),
@@ -144,12 +145,13 @@ fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOpti
     }
 }
 
-/// Priority of a device's own thread: one more than the loop's, because the loop waits for it.
+/// Returns the priority of a device's own thread: one more than the loop's, because the loop waits
+/// for it.
 fn above_loop(real_time: bool) -> Option<u8> {
     RealTimeOptions::default().priority.filter(|_| real_time).map(|priority| priority + 1)
 }
 
-/// Describes what a device can do, if it has fewer than six driven axes.
+/// Describes the axes that the device cannot sense or drive; `None` if all six axes are driven.
 pub(crate) fn not_felt(spec: &DeviceSpec) -> Option<String> {
     match (spec.force_max > 0.0, spec.actuated.rotation, spec.sensed.rotation) {
         (false, ..) => Some(format!("{} gives no force: contacts are computed and counted, but not felt", spec.name)),

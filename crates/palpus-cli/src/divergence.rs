@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::output;
 
-/// Number of ticks that are shown before and after the first different one.
+/// Number of ticks that are shown before and after the first different tick.
 const AROUND: usize = 3;
 
 /// Changes of settings are shown if they are within this number of ticks of the first different
@@ -23,7 +23,7 @@ pub(crate) struct Comparison<'a> {
     identical: usize,
     /// Row of the first different tick.
     first: Option<usize>,
-    /// The last ticks before the first different one, this tick, and the first tick after it.
+    /// The last ticks before the first different tick, this tick, and the first tick after it.
     around: VecDeque<Replayed>,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Comparison<'a> {
         self.around.push_back(Replayed { row, wrench: *wrench, contacts });
     }
 
-    /// Returns the lines to print.
+    /// Returns the report.
     pub(crate) fn report(&self) -> Report {
         Report {
             ticks: self.recording.rows.len(),
@@ -90,14 +90,14 @@ impl<'a> Comparison<'a> {
 pub(crate) struct Report {
     ticks: usize,
     identical: usize,
-    /// Changes of the engine's settings in the recording.
+    /// Number of changes of the engine's settings in the recording.
     settings_changes: usize,
     /// The first tick with a different wrench.
     first_divergence: Option<Divergence>,
 }
 
 impl Report {
-    /// True if every wrench is the recorded one.
+    /// True if every wrench equals the recorded wrench.
     pub(crate) fn is_identical(&self) -> bool {
         self.first_divergence.is_none()
     }
@@ -106,9 +106,9 @@ impl Report {
 #[derive(Serialize)]
 struct Divergence {
     tick: u64,
-    /// Changes in the order of the ticks.
+    /// Ticks near the first different tick.
     around: Vec<Compared>,
-    /// Ticks near the first different one.
+    /// Changes of settings near this tick, in the order of the ticks.
     settings_changes: Vec<Change>,
 }
 
@@ -126,7 +126,7 @@ struct Compared {
     tick: u64,
     time_s: f64,
     position_m: [f64; 3],
-    /// x, y, z, w.
+    /// Quaternion: x, y, z, w.
     orientation: [f64; 4],
     separation_m: f64,
     recorded: Felt,
@@ -285,11 +285,11 @@ mod tests {
         assert_eq!(changed(&before, &before), "nothing");
         let friction =
             Some(FrictionSettings { static_coefficient: 0.4, dynamic_coefficient: 0.3, tangential_stiffness: 500.0 });
-        let told = changed(&before, &Settings { stiffness: 900.0, friction, ..before });
+        let text = changed(&before, &Settings { stiffness: 900.0, friction, ..before });
         assert!(
-            told.starts_with("stiffness: 800.0 → 900.0, friction: None → Some(FrictionSettings { static"),
-            "{told}"
+            text.starts_with("stiffness: 800.0 → 900.0, friction: None → Some(FrictionSettings { static"),
+            "{text}"
         );
-        assert!(told.ends_with("tangential_stiffness: 500.0 })"), "{told}");
+        assert!(text.ends_with("tangential_stiffness: 500.0 })"), "{text}");
     }
 }

@@ -9,7 +9,7 @@ use crate::numbers::said;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Span(pub(crate) Duration);
 
-/// Longer runs would need another kind of report.
+/// Longest duration of a run, s. Longer runs would need another kind of report.
 const LONGEST: f64 = 30.0 * 86_400.0;
 
 impl FromStr for Span {

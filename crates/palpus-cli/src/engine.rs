@@ -1,5 +1,5 @@
 //! The engine as the step of a servo loop: it takes the states of all devices and returns a wrench
-//! for each.
+//! for each device.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -16,12 +16,12 @@ use crate::stage::Stage;
 use crate::way_out::WayOut;
 
 /// Connects a world with devices. The devices' frame is the world frame of the scene; the
-/// environment may have a pose in it. A device's pose and twist are those of the grip, whose axes
-/// are the tool's.
+/// environment may have a pose in this frame. A device's pose and twist refer to the grip, whose
+/// axes are the axes of the tool.
 pub(crate) struct Engine {
     world: World,
     tools: Vec<Tool>,
-    /// Settings of the tools, as passed to the world.
+    /// States of the tools in the current step, as passed to the world.
     probes: Vec<ProbeState>,
     objects: Objects,
     frame: Frame,
@@ -36,7 +36,7 @@ struct Tool {
     id: ToolId,
     asked: Option<Newest<Settings>>,
     /// New settings that no tick detail has reported yet.
-    untold: Option<Settings>,
+    unreported: Option<Settings>,
     /// Leads the device out of the part; `None` unless requested.
     lead: Option<LeadOut>,
 }
@@ -55,14 +55,14 @@ pub(crate) struct Detail {
     pub(crate) allocations: u64,
     /// Settings that were applied in this step.
     pub(crate) changed: Option<Settings>,
-    /// Set if the probe is inside the part.
+    /// The way out of the part if the probe is inside.
     pub(crate) way_out: Option<WayOut>,
     /// True if the device leads its grip out of the part.
     pub(crate) leading: bool,
 }
 
 impl Engine {
-    /// Creates an engine for the first tools of a stage, one for each of the `settings`.
+    /// Creates an engine for the first tools of a stage, one tool for each of the `settings`.
     pub(crate) fn new(stage: &Stage, settings: &[Settings]) -> anyhow::Result<Self> {
         let frame = Frame::new(stage.environment_pose);
         let mut world = World::new(settings.first().copied().unwrap_or_default())?;
@@ -71,32 +71,32 @@ impl Engine {
         let mut tools = Vec::new();
         for ((probe, _), settings) in stage.tools().zip(settings) {
             let id = world.add_tool(probe.clone(), *settings)?;
-            tools.push(Tool { id, asked: None, untold: None, lead: None });
+            tools.push(Tool { id, asked: None, unreported: None, lead: None });
         }
         let probes = vec![ProbeState::at(Pose::IDENTITY); tools.len()];
         let (clock, shots) = (WallClock::new(), Shots::default());
         Ok(Self { world, tools, probes, objects, frame, clock, shots, live: None, pacer: None })
     }
 
-    /// Creates an engine with memory to turn shading on later, at this crease angle (rad) or at the
-    /// angle of a tool that shades from the start.
+    /// Gives the engine memory to turn shading on later. The crease angle is `crease_angle` (rad),
+    /// or the angle of a tool that shades from the start.
     pub(crate) fn with_surfaces(mut self, crease_angle: f64) -> Self {
         let crease_angle = self.crease_angle().unwrap_or(crease_angle);
         self.tools.iter().for_each(|tool| self.world.prepare_shading(tool.id, crease_angle));
         self
     }
 
-    /// Crease angle for which shading can be turned on, rad.
+    /// Returns the crease angle for which shading can be turned on, rad.
     pub(crate) fn crease_angle(&self) -> Option<f64> {
         self.tools.iter().find_map(|tool| self.world.crease_angle(tool.id))
     }
 
-    /// Before each step, takes the newest settings of tool `which` from `asked`.
+    /// Lets every step take the newest settings of tool `which` from `asked`.
     pub(crate) fn steer(&mut self, which: usize, asked: Newest<Settings>) {
         self.tools[which].asked = Some(asked);
     }
 
-    /// Leads the device of tool `which` out of the part, from the next step on.
+    /// Leads the device of tool `which` out of the part from the next step on; `None` stops this.
     pub(crate) fn lead_out(&mut self, which: usize, lead: Option<LeadOut>) {
         self.tools[which].lead = lead;
     }
@@ -108,16 +108,16 @@ impl Engine {
 
     /// Applies the settings that were requested since the last step, if they are valid.
     fn take_settings(&mut self) {
-        for Tool { id, asked, untold, .. } in &mut self.tools {
+        for Tool { id, asked, unreported, .. } in &mut self.tools {
             if let Some(settings) = asked.as_mut().and_then(Newest::take)
                 && self.world.set_tool_settings(*id, settings).is_ok()
             {
-                *untold = Some(*settings);
+                *unreported = Some(*settings);
             }
         }
     }
 
-    /// The capacity that a [`Moment`] needs for a tick of this engine.
+    /// Returns the capacity that a [`Moment`] needs for a tick of this engine.
     pub(crate) fn capacity(&self) -> usize {
         self.tools.iter().map(|tool| self.world.tool_settings(tool.id).capacity).sum()
     }
@@ -133,7 +133,7 @@ impl Engine {
         self.live = Some(publisher);
     }
 
-    /// Returns the kept tick for display, or the last one if no tick was kept. `period`: length of
+    /// Returns the kept tick for display, or the last tick if no tick was kept. `period`: length of
     /// a tick, s.
     pub(crate) fn shown(mut self, period: f64) -> Moment {
         self.kept(period).into_iter().next().unwrap_or_else(|| {
@@ -161,12 +161,12 @@ impl Engine {
     }
 
     /// Resets the engine after a step that panicked, because its state may be inconsistent. The
-    /// next step then acts like the first one.
+    /// next step then acts like the first step.
     pub(crate) fn forget(&mut self) {
         self.world.clear();
-        // It is unknown whether that step applied other settings.
+        // The failed step may have applied other settings, so the next detail reports them.
         for tool in &mut self.tools {
-            tool.untold = Some(*self.world.tool_settings(tool.id));
+            tool.unreported = Some(*self.world.tool_settings(tool.id));
         }
     }
 
@@ -175,7 +175,8 @@ impl Engine {
         self.world.set_available(self.tools[which].id, available);
     }
 
-    /// Computes one tick: takes the states of all devices and returns the wrench for each.
+    /// Computes one tick: takes the states of all devices, and writes the result for each device
+    /// into `answers`.
     pub(crate) fn step(&mut self, states: &[DeviceState], dt: f64, answers: &mut [Answer]) {
         let before = allocations_of_this_thread();
         self.take_settings();
@@ -188,12 +189,11 @@ impl Engine {
         self.objects.drive(&mut self.world, dt);
         self.world.step(&self.probes, dt, &self.clock);
         self.show(dt);
-        // The pose is invalid for every tool, so it does not matter which tool is used.
         let allocations = allocations_of_this_thread() - before;
         let mut forget = false;
         for ((tool, state), answer) in self.tools.iter_mut().zip(states).zip(answers) {
             let (tick, settings) = (self.world.tick(tool.id), self.world.tool_settings(tool.id));
-            let changed = tool.untold.take();
+            let changed = tool.unreported.take();
             let way_out = WayOut::of(tick, settings, &self.frame, state);
             let led = tool.lead.as_mut().and_then(|lead| lead.tick(state, dt, way_out.is_none()));
             forget |= led.as_ref().is_some_and(|led| led.forget);
@@ -233,8 +233,8 @@ impl Engine {
     }
 }
 
-/// The moment of all tools; the arrow at the grip is that of the first one. `period` is the length
-/// of a tick, s.
+/// Fills `moment` with all tools. The arrow at the grip belongs to the first tool. `period`:
+/// length of a tick, s.
 fn fill(moment: &mut Moment, world: &World, tools: &[Tool], objects: &Objects, period: f64) {
     let Some(first) = tools.first() else { return };
     let tick = world.tick(first.id);
@@ -255,7 +255,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The transforms for an environment with this pose.
+    /// Creates the transforms for an environment with this pose.
     pub(crate) fn new(environment: Pose) -> Self {
         Self { environment, from_world: environment.inverse() }
     }

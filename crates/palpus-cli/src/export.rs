@@ -78,7 +78,7 @@ fn obj(name: &str, soup: &PolygonSoup) -> anyhow::Result<String> {
     Ok(String::from_utf8(bytes)?)
 }
 
-/// The poses of one pass of the scripted hand.
+/// Returns the poses of one pass of the scripted hand.
 fn hand(path: &HandPath) -> String {
     let mut text = String::from("tx,ty,tz,qx,qy,qz,qw\n");
     let count = (path.duration() / POSE_PERIOD).ceil() as usize;
@@ -120,7 +120,7 @@ fn text(scene: &Scene) -> String {
     )
 }
 
-/// The distinct shapes of the scene's objects.
+/// Returns the distinct shapes of the scene's objects.
 fn shapes(scene: &Scene) -> Vec<Arc<PolygonSoup>> {
     let mut shapes: Vec<Arc<PolygonSoup>> = Vec::new();
     for object in &scene.objects {
@@ -135,7 +135,7 @@ fn shape_file(k: usize) -> String {
     format!("object-{}.obj", k + 1)
 }
 
-/// The objects.
+/// Returns the text about the objects.
 fn objects(scene: &Scene, shapes: &[Arc<PolygonSoup>]) -> String {
     let mut text = String::new();
     for object in &scene.objects {
@@ -157,7 +157,7 @@ fn objects(scene: &Scene, shapes: &[Arc<PolygonSoup>]) -> String {
     text
 }
 
-/// Start pose of a tool, in two lines.
+/// Returns the start pose of a tool, in two lines.
 fn place(start: &Pose) -> String {
     let ([x, y, z], q) = ((start.translation * UNITS_PER_METRE).to_array(), start.rotation);
     format!(

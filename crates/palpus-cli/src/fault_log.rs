@@ -1,10 +1,10 @@
 //! The fault log: a file with the reasons why the force was removed, whether the run is recorded or
 //! not.
 //!
-//! 1. The servo thread passes every tick to [`FaultWatch::see`]. It puts an entry into a bounded
-//!    queue when new faults begin and when the force may return. It never waits.
+//! 1. The servo thread passes every tick to [`FaultWatch::see`]. This function puts an entry into a
+//!    bounded queue when new faults begin and when the force may return. The function never waits.
 //! 2. A separate thread writes each entry as a line of JSON and syncs it to the disk before it
-//!    takes the next one.
+//!    takes the next entry.
 //! 3. [`FaultLog::finish`] returns the path of the log, if anything was written.
 //!
 //! The file is opened only at the first fault. A large log is renamed to `faults.jsonl.old` at the
@@ -112,7 +112,7 @@ impl FaultLog {
     }
 }
 
-/// The user's folder for logs.
+/// Returns the user's folder for logs.
 fn of_user() -> Option<PathBuf> {
     files::of_user("faults.jsonl")
 }
@@ -168,15 +168,15 @@ impl Sink<Entry> for Pen {
     }
 }
 
-/// Description of the run: the same in all lines of a run.
+/// Description of the run, equal in all lines of a run.
 #[derive(Serialize)]
 struct Run {
-    /// Number of the hand.
+    /// Name of the hand.
     hand: Cow<'static, str>,
     palpus: String,
     device: String,
     scene: String,
-    /// Hash of meshes and scene file: the same for the same scene.
+    /// Hash of meshes and scene file; equal scenes have equal hashes.
     scene_hash: String,
     rate_hz: f64,
 }
@@ -283,7 +283,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// A run of 800 ticks in which the wrench is no number in tick 400.
+    /// Returns a run of 800 ticks in which the wrench is NaN in tick 400.
     pub(crate) fn ticks() -> Vec<ServoTick> {
         let state =
             |time| DeviceState { pose: Pose::IDENTITY, twist: Twist::default(), buttons: 0, time, withheld: false };
@@ -315,7 +315,7 @@ pub(crate) mod tests {
         assert_eq!(allocations_of_this_thread(), before, "the servo thread allocates");
         let said = log.finish().expect("something was logged");
         let text = std::fs::read_to_string(&path).expect("a log");
-        std::fs::remove_file(&path).expect("it goes");
+        std::fs::remove_file(&path).expect("the file can be deleted");
         assert!(said.starts_with("faults: 2 lines in "), "{said}");
         let lines: Vec<serde_json::Value> =
             text.lines().map(|line| serde_json::from_str(line).expect("a document")).collect();

@@ -15,7 +15,7 @@ pub(crate) fn free(base: &Path) -> PathBuf {
     first_free(base, |path| !path.exists())
 }
 
-/// Like [`free`], with another test of which names are free.
+/// Returns the first of the names `base`, `base-2`, `base-3`, … for which `is_free` is true.
 pub(crate) fn first_free(base: &Path, is_free: impl Fn(&Path) -> bool) -> PathBuf {
     let numbered = (2u32..).map(|k| beside(base, k));
     std::iter::once(base.to_owned()).chain(numbered).find(|path| is_free(path)).unwrap_or_else(|| base.to_owned())
@@ -60,7 +60,7 @@ pub(crate) fn of_user(name: &str) -> Option<PathBuf> {
     Some(base.state_dir().unwrap_or_else(|| base.data_dir()).join("palpus").join(name))
 }
 
-/// Writes a whole file, and replaces an existing one.
+/// Writes a whole file, and replaces an existing file.
 pub(crate) fn write(file: &Path, content: impl AsRef<[u8]>) -> anyhow::Result<()> {
     fs::write(file, content).with_context(|| format!("{} could not be written", file.display()))
 }

@@ -1,10 +1,10 @@
 //! Chooses values that a scene file leaves out, from its meshes.
 //!
-//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body if that is less. On bodies of one
+//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body if this is smaller. On bodies of one
 //!    millimetre, 1 mm would be the whole body.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
-//!    above the environment, without overlap in any orientation. Its distance from first touch is
-//!    at most the distance that a hand moves in a second.
+//!    above the environment, without overlap in any orientation. The probe's distance from first
+//!    touch is at most the distance that a hand moves in a second.
 //! 3. *Grip* of the probe and of each other tool: the origin of its mesh, or its centre of mass if
 //!    this origin is outside of the mesh's box.
 //!
@@ -140,7 +140,7 @@ mod tests {
         crate::bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-gaps-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("the folder can be created");
-        // A cube of 20 units, away from its origin.
+        // The cube has sides of 20 units and is away from its origin.
         let mut cube = String::new();
         for k in 0..8u32 {
             let side = |bit: u32| 5.0 + 20.0 * f64::from(k >> bit & 1);

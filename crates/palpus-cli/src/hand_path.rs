@@ -11,8 +11,8 @@ use crate::output;
 
 /// Seconds between two poses of a file without times.
 pub(crate) const POSE_PERIOD: f64 = 0.5;
-/// A note warns if the hand moves farther than this from its start, in sizes of the probe, because
-/// it will hardly touch anything.
+/// Largest distance of the hand from its start without a warning, in sizes of the probe. Farther
+/// away, the probe will hardly touch anything.
 const FAR_SIZES: f64 = 20.0;
 
 /// Options for following a file.
@@ -24,7 +24,7 @@ pub(crate) struct Following {
     pub(crate) metres_per_unit: f64,
     /// Factor of the translations of a recorded hand.
     pub(crate) scale: f64,
-    /// Speed, as a factor.
+    /// Factor of the speed of a recorded hand.
     pub(crate) speed: f64,
     /// Size of the probe, m.
     pub(crate) size: f64,

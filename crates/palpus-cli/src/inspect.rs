@@ -33,7 +33,7 @@ struct Report {
     notices: Vec<String>,
     mass: Mass,
     pieces: Pieces,
-    /// Only if requested, and only for closed models.
+    /// `None` unless the user requested sweeps of a closed model.
     sweeps: Option<Sweeps>,
     seconds: f64,
     cached: bool,

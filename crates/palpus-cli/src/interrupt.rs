@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(crate) fn stop_at_signal() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
-    // If another handler exists already, the signal simply ends the process. The run can go on
-    // without this handler.
+    // Setting the handler fails if another handler exists. The run can go on without this handler;
+    // a signal then ends the process.
     let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
     stop
 }

@@ -1,13 +1,13 @@
 //! Leads the device's grip out of the part if the probe starts inside and the user requested it.
 //!
-//! 1. A goal moves along the way out, which was computed before the run, at [`SPEED`]. Its distance
-//!    ahead of the grip is limited by the spring's largest force, so a hand that holds on is not
-//!    dragged.
+//! 1. A goal moves along the way out at [`SPEED`]. The way out was computed before the run. The
+//!    goal's distance ahead of the grip is limited by the spring's largest force, so a hand that
+//!    holds on is not dragged.
 //! 2. A spring and a damper pull the grip to the goal, with at most [`SHARE`] of the force at which
 //!    the safety chain engages. The chain gets this wrench in place of the contact wrench, so ramp,
 //!    limits, engagement and faults apply as to any other force.
-//! 3. The spring's work comes from the goal and not from contacts. It is reported to the chain's
-//!    energy account. It is at most force times speed, a few hundredths of a watt.
+//! 3. The spring's work comes from the goal and not from contacts, so the chain's energy account
+//!    gets it. The spring's power is at most force times speed, a few hundredths of a watt.
 //! 4. At the end of the way the engine clears its cached contacts. Once the probe is free, the
 //!    contacts give the wrench again. If the grip was turned on the way, the probe may still
 //!    overlap. The spring then holds the grip at the end of the way until the probe is free.
@@ -67,7 +67,8 @@ enum Phase {
 pub(crate) struct Led {
     /// Wrench on the device, world.
     pub(crate) wrench: Wrench,
-    /// Energy that the goal gave to the grip since the last tick, J; negative if it took energy.
+    /// Energy that the goal gave to the grip since the last tick, J; negative if the goal took
+    /// energy.
     pub(crate) work: f64,
     /// True if the engine has to clear its cached contacts.
     pub(crate) forget: bool,
@@ -109,7 +110,7 @@ impl LeadOut {
         Some(Led { wrench: Wrench { force, ..Wrench::ZERO }, work, forget: now && !passed })
     }
 
-    /// Description for a recording's header.
+    /// Writes a description into a recording's header.
     pub(crate) fn record(&self, into: &mut Table) {
         let vector = |v: DVec3| Value::from(v.to_array().to_vec());
         let mut table = Table::new();
@@ -120,7 +121,7 @@ impl LeadOut {
         into.insert(SECTION.into(), Value::Table(table));
     }
 
-    /// Reads the description from a recording's header; `None` if the run had none.
+    /// Reads the description from a recording's header; `None` if the run had no lead-out.
     pub(crate) fn of_recording(more: &Table) -> Option<Self> {
         let table = more.get(SECTION)?.as_table()?;
         let number = |name: &str| table.get(name)?.as_float().filter(|value| value.is_finite() && *value >= 0.0);

@@ -79,7 +79,7 @@ static ALLOCATOR: palpus_alloc::CountingAllocator = palpus_alloc::CountingAlloca
 /// Runs the program with these arguments, the first of which is its name, and returns its exit
 /// status.
 ///
-/// The counts of allocations that it shows are right if the caller's global allocator is
+/// The program shows correct counts of allocations only if the caller's global allocator is
 /// [`palpus_alloc::CountingAllocator`].
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments = match Arguments::try_parse_from(arguments) {

@@ -1,7 +1,7 @@
 //! Text in markup documents: HTML and SVG.
 
-/// Escapes text for XML, between tags and in attributes. Control characters are not allowed there
-/// and are replaced by a mark.
+/// Escapes text for XML, between tags and in attributes. Control characters are not allowed there,
+/// so they become U+FFFD.
 pub(crate) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,4 +1,5 @@
-//! The objects of a stage in the engine's world, and a simulated host that moves the driven ones.
+//! The objects of a stage in the engine's world, and a simulated host that moves the driven
+//! objects.
 
 use palpus::algebra::{Pose, Twist};
 use palpus::render::{BodyId, SettingsError, World};
@@ -7,7 +8,7 @@ use palpus_io::scene::ObjectMotion;
 use crate::engine::Frame;
 use crate::stage::Stage;
 
-/// Time between two updates of the host, s: that of a robot's controller or a game.
+/// Time between two updates of the host, s, as in a robot's controller or a game.
 const HOST_PERIOD: f64 = 1.0 / 60.0;
 
 /// See the module's description.
@@ -45,7 +46,8 @@ impl Objects {
         Ok(objects)
     }
 
-    /// Advances the host by `dt` (s). At its own interval it sets the poses of driven objects.
+    /// Advances the host by `dt` (s). The host sets the poses of driven objects once in
+    /// [`HOST_PERIOD`].
     pub(crate) fn drive(&mut self, world: &mut World, dt: f64) {
         if !self.driven.is_empty() && self.time >= self.next {
             self.next += HOST_PERIOD;
@@ -58,7 +60,7 @@ impl Objects {
         self.time += dt;
     }
 
-    /// Poses of the objects, in the engine's frame.
+    /// Returns the poses of the objects, in the engine's frame.
     pub(crate) fn poses<'a>(&'a self, world: &'a World) -> impl Iterator<Item = Pose> {
         self.ids.iter().map(|&id| world.pose(id))
     }

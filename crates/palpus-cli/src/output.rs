@@ -60,8 +60,8 @@ pub(crate) fn line(text: impl std::fmt::Display) {
     }
 }
 
-/// Returns standard output as a writer for tables. If the reader has closed the pipe, the program
-/// ends with success.
+/// Standard output as a writer for tables. If the reader has closed the pipe, the program ends with
+/// success.
 pub(crate) struct Answer(std::io::Stdout);
 
 impl Answer {

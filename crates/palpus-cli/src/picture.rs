@@ -43,12 +43,12 @@ pub(crate) fn write_model(
     write(&scene, asked, &style, file)
 }
 
-/// Name of a model file in pictures.
+/// Returns the name of a model file in pictures.
 pub(crate) fn model_name(model: &Path) -> String {
     model.file_name().unwrap_or(model.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// A piece of a model, and its Gauss map.
+/// Draws a piece of a model and its Gauss map.
 pub(crate) fn write_gauss(
     model: &Path,
     body: &Body,
@@ -57,7 +57,7 @@ pub(crate) fn write_gauss(
     asked: &PictureArguments,
 ) -> anyhow::Result<()> {
     let [width, height] = asked.size.0;
-    // Seen from the side on which it can be touched, unless a side is given.
+    // Without a given side, shows the side of the piece that can be touched.
     let from = match asked.from {
         Direction::Oblique => before_own_faces(body, piece),
         side => Camera::framing([DVec3::ZERO].into_iter(), side.into(), 1.0),

@@ -94,7 +94,7 @@ struct Document {
     results: Vec<QueryRow>,
 }
 
-/// The requested tolerance, or the default for these two models.
+/// Returns the requested tolerance, or the default for these two models.
 pub(crate) fn tolerance_of(typed: Option<f64>, a: &Body, b: &Body) -> anyhow::Result<f64> {
     match typed {
         Some(t) if t.is_finite() && t >= 0.0 => Ok(t),
@@ -103,7 +103,7 @@ pub(crate) fn tolerance_of(typed: Option<f64>, a: &Body, b: &Body) -> anyhow::Re
     }
 }
 
-/// A buffered file to write to, or standard output for `-`; the error names the file.
+/// Opens a buffered file to write to, or standard output for `-`; the error names the file.
 pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<Box<dyn Write>>> {
     if path == Path::new(files::STANDARD) {
         return Ok(BufWriter::new(Box::new(output::Answer::new())));

@@ -12,7 +12,7 @@ use crate::plots::seconds;
 use crate::rerun::Rerun;
 use crate::rerun::places::Places;
 
-/// Draws a tick: the tick at `--at`, or the last one.
+/// Draws the tick at `--at`, or the last tick.
 pub(crate) fn write_tick(
     recording: &Recording,
     places: &Places<'_>,
@@ -28,7 +28,7 @@ pub(crate) fn write_tick(
     picture::write_run(&name(recording), &stage, settings.limits.torque, moment, file, &arguments.picture)
 }
 
-/// The last tick that is not after `at` seconds; without `at`, the last tick.
+/// Returns the last tick that is not after `at` seconds; without `at`, the last tick.
 fn chosen_tick(recording: &Recording, at: Option<f64>) -> anyhow::Result<usize> {
     let Some(last) = recording.rows.last() else { bail!("the recording has no ticks") };
     let end = seconds(last);
@@ -41,7 +41,7 @@ fn chosen_tick(recording: &Recording, at: Option<f64>) -> anyhow::Result<usize> 
     }
 }
 
-/// Name of the recorded scene.
+/// Returns the name of the recorded scene.
 fn name(recording: &Recording) -> String {
     use palpus_io::record::SceneSource;
     match &recording.header.scene.source {
@@ -54,7 +54,7 @@ fn name(recording: &Recording) -> String {
 #[cfg(feature = "window")]
 const INSTEAD: &str = "--screenshot FILE --at S makes a picture without one";
 
-/// Without windows, only the line with the alternatives is printed.
+/// Prints only the line with the alternatives, because this build has no windows.
 #[cfg(not(feature = "window"))]
 pub(crate) fn show(_: &Recording, _: &Places<'_>, _: &ReplayArguments) -> anyhow::Result<()> {
     crate::view_window::expect_one("--screenshot FILE --at S makes a picture without one")
@@ -78,8 +78,8 @@ mod here {
     use crate::stage::Stage;
     use crate::view_window;
 
-    /// Memory limit of the shown ticks: ten minutes with thirty contacts fit. Of longer runs, every
-    /// second tick is kept.
+    /// Memory limit of the shown ticks: ten minutes with thirty contacts fit. For longer runs,
+    /// every second tick is dropped.
     const MOST_BYTES: usize = 1 << 30;
 
     /// Shows a recording in a window while a thread replays it.
@@ -126,7 +126,7 @@ mod here {
         })
     }
 
-    /// `first` is the recording whose tool is drawn as the probe.
+    /// Returns the scene. `first` is the recording of the tool that is drawn as the probe.
     fn scene(recording: &Recording, first: &Recording, stage: &Stage) -> Scene {
         let look = Look { xray: true, ..Look::default() };
         let limits = recording.header.scene.render.limits;

@@ -41,12 +41,12 @@ impl SafetyReport {
     }
 }
 
-/// Number of ticks for each intervention, for people.
+/// Returns the number of ticks for each intervention, for people.
 pub(crate) fn cuts_in_words(cuts: &serde_json::Map<String, serde_json::Value>) -> String {
     if cuts.is_empty() {
         return "no interventions".to_owned();
     }
-    // Without the engagement's ramp, with which every run begins.
+    // Every run begins with the engagement's ramp, so the text marks it as normal.
     let start_up = Cut::Engagement.name();
     let each = cuts.iter().map(|(name, ticks)| match name.as_str() {
         name if name == start_up => format!("start-up ramp: {ticks} ticks (normal)"),
@@ -69,7 +69,8 @@ pub(crate) fn print(spec: &DeviceSpec, limits: &SafetyLimits, json: bool) -> any
     Ok(())
 }
 
-/// Prints what the operating system did not grant, one line for each, with a remedy.
+/// Prints the rights that the operating system did not grant, one line for each right, with a
+/// remedy.
 pub(crate) fn tell_claims(claims: &RealTimeClaims) {
     let granted: Vec<String> = claims
         .lines()
@@ -89,7 +90,7 @@ pub(crate) fn tell_claims(claims: &RealTimeClaims) {
     }
 }
 
-/// All parameters of the chain, for a recording's header.
+/// Writes all parameters of the chain into a recording's header.
 pub(crate) fn recorded(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, into: &mut Table) {
     let mut table = Table::new();
     let (how, buttons) = match engagement {
@@ -113,7 +114,7 @@ pub(crate) fn recorded(limits: &SafetyLimits, engagement: Engagement, options: &
 /// Reads the chain of a recording; `None` for a recording without a chain.
 pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<SafetyChain>> {
     let Some(table) = more.get(SECTION).and_then(Value::as_table) else { return Ok(None) };
-    let problem = || anyhow::anyhow!("the recording's header does not say enough of its safety chain");
+    let problem = || anyhow::anyhow!("the recording's header lacks values of its safety chain");
     let limits = SafetyLimits::from_values(|name| table.get(name).and_then(Value::as_float)).ok_or_else(problem)?;
     let mask = || table.get("buttons").and_then(Value::as_integer).and_then(|mask| u32::try_from(mask).ok());
     let engagement = match table.get("engagement").and_then(Value::as_str) {
@@ -129,7 +130,7 @@ pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<S
         loosened: false,
         after_fault: if is_set("stop_after_fault")? { AfterFault::Stop } else { AfterFault::Reengage },
         after_panic: if is_set("stop_after_panic")? { AfterPanic::Stop } else { AfterPanic::AsFault },
-        // Recordings from before the latch have no such value.
+        // Older recordings, which had no latch, do not have this value.
         rearm: match table.get("latch").and_then(Value::as_bool) {
             Some(true) => Rearm::ByPerson,
             _ => Rearm::Automatic,

@@ -48,8 +48,8 @@ impl<'a> Seen<'a> {
         Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), others }
     }
 
-    /// Returns the bodies, with the probe at `probe` (world). If `look` makes a body transparent,
-    /// it is the environment, because it hides most contacts.
+    /// Returns the bodies, with the probe at `probe` (world). The probe is opaque; `look` may make
+    /// the environment transparent, because the environment hides most contacts.
     pub(crate) fn scene(&self, probe: Pose, theme: Theme, look: Look) -> Scene {
         let Self { stage, .. } = *self;
         let shown = |part: BodyPart, solid: &Arc<Solid>, pose, look| ShownBody {
@@ -65,7 +65,7 @@ impl<'a> Seen<'a> {
             shown(BodyPart::Environment, &self.environment, stage.environment_pose, look),
         ];
         bodies.extend(self.others.iter().map(|(part, solid, pose)| {
-            // The first tool may use the mesh of another one.
+            // Moving objects are opaque, like the probe.
             let look = if matches!(part, BodyPart::Object(_)) { opaque } else { look };
             shown(*part, solid, *pose, look)
         }));

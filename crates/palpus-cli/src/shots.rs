@@ -18,7 +18,7 @@ impl Shots {
         self.0.push(Shot { tick, taken: false, moment });
     }
 
-    /// Calls `fill` if tick `index`, the current one, is requested. Allocates no memory.
+    /// Calls `fill` if the current tick, number `index`, is requested. Allocates no memory.
     pub(crate) fn take(&mut self, index: u64, fill: impl Fn(&mut Moment)) {
         for shot in self.0.iter_mut().filter(|shot| shot.tick == index) {
             fill(&mut shot.moment);

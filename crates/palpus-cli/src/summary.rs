@@ -80,7 +80,7 @@ pub(crate) struct Summary {
     pub(crate) no_contact: Option<String>,
 }
 
-/// Counters of numerical trouble inside ticks; it never stops a run.
+/// Counters of numerical trouble inside ticks, which never stops a run.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(crate) struct Trouble {
     /// Distance marches answered by the fallback.
@@ -92,7 +92,8 @@ pub(crate) struct Trouble {
     moved_depths: u64,
     /// Moved depths that were left out because they contradict the surfaces of the solids.
     disbelieved_depths: u64,
-    /// Closest points that were left out because their direction is not a surface normal there.
+    /// Closest points that were left out because their direction is not a surface normal at this
+    /// point.
     virtual_closest: u64,
     /// Clusters whose normals cancelled.
     cancelled_normals: u64,
@@ -120,7 +121,7 @@ pub(crate) struct Gatherer {
     bounded: u64,
     clusters: (u64, u32),
     depth_max: f64,
-    /// Distance (m) and angle (rad).
+    /// Largest distance (m) and angle (rad) between tool and hand.
     tool_away: (f64, f64),
     allocations: u64,
     trouble: Trouble,
@@ -133,13 +134,13 @@ const LONGEST_NS: u64 = 10_000_000_000;
 const HELD: f64 = 0.98;
 
 impl Summary {
-    /// True if the probe touched nothing in all of the run.
+    /// True if the probe touched nothing in the whole run.
     pub(crate) fn is_untouched(&self) -> bool {
         self.ticks > 0 && self.contacts.max == 0
     }
 
-    /// Reasons why a completed run still counts as failed: faults, and in real time a rate below
-    /// the requested `rate_hz`.
+    /// Returns the reason why a completed run still counts as failed: faults, and in real time a
+    /// rate below the requested `rate_hz`.
     pub(crate) fn complaint(&self, rate_hz: f64) -> Option<String> {
         if self.faults > 0 {
             return Some(format!("{} faults", self.faults));
@@ -209,8 +210,8 @@ impl Gatherer {
         }
     }
 
-    /// The summary of a run from the loop's `statistics`, the device's `limits`, and the granted
-    /// real-time rights.
+    /// Returns the summary of a run from the loop's `statistics`, the device's `limits`, and the
+    /// granted real-time rights.
     pub(crate) fn finish(
         self,
         statistics: &RunStatistics,

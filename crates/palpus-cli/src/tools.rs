@@ -13,8 +13,8 @@ use crate::files;
 
 const NAMES: [&str; 8] = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth"];
 
-/// Name of tool number `which` (from 0 on) and of its hand. Files, pages and documents use the same
-/// name.
+/// Returns the name of tool number `which` (from 0 on) and of its hand. Files, pages and documents
+/// use the same name.
 pub(crate) fn name(which: usize) -> Cow<'static, str> {
     NAMES.get(which).map_or_else(|| format!("{}th", which + 1).into(), |name| (*name).into())
 }
@@ -76,13 +76,13 @@ fn each<'a>(
     Ok((0..tools).map(|which| typed.get(which).or(second(which)).map(String::as_str)).collect())
 }
 
-/// The recording files of this many tools; the first tool's is `file`.
+/// Returns the recording files of this many tools; `file` is the recording of the first tool.
 pub(crate) fn recordings(file: PathBuf, tools: usize) -> Vec<PathBuf> {
     let others: Vec<PathBuf> = (1..tools).map(|which| files::beside(&file, name(which))).collect();
     std::iter::once(file).chain(others).collect()
 }
 
-/// Header key under which one of several recordings names the others.
+/// Header key under which a recording names the recordings of the other tools.
 const SECTION: &str = "tools";
 /// The header key that older versions used for recordings of two tools.
 const SECTION_OF_TWO: &str = "other_tool";
@@ -102,8 +102,8 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The tool number of `recording`, and the file names of the recordings of all tools (its own is
-/// empty); `None` if there is only one tool.
+/// Returns the tool number of `recording`, and the file names of the recordings of all tools (the
+/// name of `recording` itself is empty); `None` if there is only one tool.
 pub(crate) fn named_by(recording: &Recording) -> Option<(usize, Vec<&str>)> {
     let more = &recording.header.scene.more;
     if let Some(two) = more.get(SECTION_OF_TWO).and_then(Value::as_table) {
@@ -140,11 +140,11 @@ mod tests {
         let files = recordings(PathBuf::from("out/run.csv"), 3);
         name_recordings(1, &files, &mut table);
         assert_eq!(named_by(&with(table)), Some((1, vec!["run.csv", "", "run-third.csv"])));
-        let told = |text: &str| with(toml::from_str(text).expect("the TOML is valid"));
-        let before = told("other_tool = { this_is = \"second\", recording = \"run.csv\" }");
+        let recording_of = |text: &str| with(toml::from_str(text).expect("the TOML is valid"));
+        let before = recording_of("other_tool = { this_is = \"second\", recording = \"run.csv\" }");
         assert_eq!(named_by(&before), Some((1, vec!["run.csv", ""])));
         for damaged in ["this = 0, recordings = []", "this = 4, recordings = [\"a\"]", "this = -1", "recordings = 3"] {
-            assert_eq!(named_by(&told(&format!("tools = {{ {damaged} }}"))), None, "{damaged}");
+            assert_eq!(named_by(&recording_of(&format!("tools = {{ {damaged} }}"))), None, "{damaged}");
         }
     }
 }

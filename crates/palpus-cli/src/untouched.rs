@@ -21,7 +21,7 @@ pub(crate) struct Untouched {
     path: HandPath,
     /// Contact tolerance, m.
     tolerance: f64,
-    /// Other bodies may be the target of the hand.
+    /// True if the scene has objects, which may be the target of the hand.
     has_objects: bool,
 }
 
@@ -64,8 +64,8 @@ impl Untouched {
         }
     }
 
-    /// Returns the smallest distance along the path (m), and the first time (s) at which it is
-    /// within the tolerance, if there is one.
+    /// Returns the smallest distance along the path (m), and the first time (s) at which the
+    /// distance is within the tolerance; `None` if it never is.
     fn nearest(&self) -> (f64, Option<f64>) {
         let settings = QuerySettings { tolerance: 0.0, ..QuerySettings::default() };
         let mut query = ContactQuery::new(self.probe.clone(), self.environment.clone(), settings);

@@ -1,9 +1,10 @@
 //! The motion that takes a probe out of the part. There is no force until the probe is nearly out.
 //!
-//! Before a run begins, the penetration depth of the whole bodies is computed at the start pose.
-//! Its translation is the way out. If the probe overlaps several parts (the environment and
-//! objects), or the way out of one part leads into another, further translations are added until
-//! the probe overlaps no part. In the loop, the deepest contact gives the way out.
+//! Before a run begins, the penetration depth of the whole bodies is computed at the start pose,
+//! with the shortest translation that separates them. This translation is the way out. If the probe
+//! overlaps several parts (the environment and objects), or the way out of one part leads into
+//! another, further translations are added until the probe overlaps no part. In the loop, the
+//! deepest contact gives the way out.
 
 use std::sync::Arc;
 
@@ -22,10 +23,10 @@ use crate::stage::Stage;
 /// Largest number of evaluations for the way out at the start; they take a fraction of a second.
 const BUDGET: u64 = 30_000;
 
-/// Largest number of translations of a way out. A longer way is not shown.
+/// Largest number of translations of a way out. A way with more translations is not shown.
 const MOST_LEGS: usize = 8;
 
-/// A device that starts within this distance of the expected start counts as being there, m.
+/// Largest distance from the expected start at which a device counts as being there, m.
 const AT_START: f64 = 1e-3;
 
 /// An overlap and the way out of it.
@@ -64,7 +65,7 @@ impl WayOut {
 pub(crate) struct InsideStart {
     /// Position of the grip, world, m.
     from: DVec3,
-    /// Way out of the whole bodies, with a proven depth.
+    /// Way out, computed from the whole bodies with a proven depth.
     pub(crate) out: WayOut,
     /// True if one body lies inside the other and the surfaces do not touch, so that there is no
     /// contact.
@@ -96,7 +97,7 @@ impl InsideStart {
         None
     }
 
-    /// True if a device at `grip` (world, m) is at the start for which this was computed.
+    /// True if a device at `grip` (world, m) is at the start for which this way out was computed.
     pub(crate) fn is_at(&self, grip: DVec3) -> bool {
         Self::is_near(self.from, grip)
     }
@@ -106,17 +107,19 @@ impl InsideStart {
         grip.distance(from) <= AT_START
     }
 
-    /// The plane that the grip has passed at the end of the way: a point (m) and the normal, world.
+    /// Returns the plane that the grip has passed at the end of the way: a point (m) and the
+    /// normal, world.
     pub(crate) fn end(&self) -> [DVec3; 2] {
         [self.from + self.out.way, self.out.way.normalize_or_zero()]
     }
 
-    /// The position of the grip and the whole way, world, m.
+    /// Returns the start position of the grip and the whole translation, world, m.
     pub(crate) fn way(&self) -> (DVec3, DVec3) {
         (self.from, self.out.way)
     }
 
-    /// Returns the rest of the way for a device at `grip` (world, m); `None` if it is past the end.
+    /// Returns the rest of the way for a device at `grip` (world, m); `None` if the device is past
+    /// the end.
     pub(crate) fn left(&self, grip: DVec3) -> Option<WayOut> {
         let way = self.from + self.out.way - grip;
         (way.dot(self.out.way) > 0.0).then_some(WayOut { way, ..self.out })
@@ -146,8 +149,8 @@ impl<'a> Part<'a> {
         Self { body, pose, interior: None }
     }
 
-    /// Computes the way out for a `probe` at `at` (world). Its `interior` is computed when it is
-    /// needed. `None` if the probe is outside.
+    /// Computes the way out for a `probe` at `at` (world). The probe's `interior` is computed at
+    /// its first use. `None` if the probe is outside.
     fn leg(&mut self, probe: &Arc<Body>, at: &Pose, interior: &mut Option<Interior>) -> Option<Leg> {
         let pose_ba = self.pose.inverse() * *at;
         let contained = ContainmentQuery::new(probe, self.body).run(&pose_ba) != Containment::Neither;

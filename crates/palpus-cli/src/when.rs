@@ -2,7 +2,7 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Returns the time since 1970-01-01 UTC, ns; 0 for earlier times. It only reads a clock.
+/// Returns the time since 1970-01-01 UTC, ns; 0 for earlier times. The function only reads a clock.
 pub(crate) fn utc_ns() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64)
 }

@@ -192,9 +192,9 @@ fn large_recording_continues_in_parts_within_its_limit() {
         "{}",
         text(&ran.stderr)
     );
-    let mut files: Vec<_> = fs::read_dir(&folder.0).expect("the folder can be created").flatten().collect();
+    let mut files: Vec<_> = fs::read_dir(&folder.0).expect("the folder can be read").flatten().collect();
     files.retain(|file| file.file_name().to_string_lossy().starts_with("run"));
-    let total: u64 = files.iter().map(|file| file.metadata().expect("the file can be written").len()).sum();
+    let total: u64 = files.iter().map(|file| file.metadata().expect("the file exists").len()).sum();
     assert!(files.len() == 3 && total <= 16_000_000, "{} files of {total} bytes", files.len());
     let first = recorded(&folder.0.join("run.csv"));
     let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
@@ -228,21 +228,22 @@ fn recording_is_replayed_from_any_folder() {
         assert_eq!(json(&output)["identical"], 1000, "{}", text(&output.stderr));
         text(&output.stderr)
     };
-    // The recording is moved; the scene is where it was.
+    // The recording is moved; the scene stays in its folder.
     fs::rename(folder.0.join("scene/run.csv"), other.join("run.csv")).expect("the file can be moved");
     identical(&[]);
     // The scene file changes. Then it is deleted, together with the hand's file.
     let scene = folder.0.join("scene/scene.toml");
     let now = fs::read_to_string(&scene).expect("the scene can be read").replace("[probe]", "# changed\n[probe]");
-    fs::write(&scene, now).expect("the scene can be read");
+    fs::write(&scene, now).expect("the scene can be written");
     assert!(identical(&[]).contains("scene.toml has changed since the recording"));
     fs::remove_file(&scene).expect("the file can be deleted");
     identical(&[]);
-    // The meshes lie beside the recording, and those at the old place have changed.
+    // The meshes lie beside the recording, and the meshes at the old place have changed.
     for mesh in ["tool.obj", "part.obj"] {
         fs::copy(folder.0.join("scene").join(mesh), other.join(mesh)).expect("the file can be copied");
     }
-    fs::write(folder.0.join("scene/tool.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("the mesh can be read");
+    fs::write(folder.0.join("scene/tool.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        .expect("the mesh can be written");
     identical(&[]);
     // A mesh gets another name, in a folder given by `--meshes`.
     fs::rename(other.join("tool.obj"), other.join("deep/renamed.obj")).expect("the file can be moved");
@@ -264,7 +265,7 @@ fn run_with_bounded_work_replays_bit_for_bit() {
     // Time budget of a step, µs: less than the gears need.
     let text =
         fs::read_to_string(&scene).expect("the scene can be read").replace("[contact]", "[contact]\ntime_budget = 5");
-    fs::write(&scene, text).expect("the scene can be read");
+    fs::write(&scene, text).expect("the scene can be written");
     let run = ["run", "scene/scene.toml", "--headless", "--no-realtime", "--duration", "2", "--record", "run.csv"];
     palpus(&folder.0, &[&run[..], &["--json"]].concat());
     let rows = recorded(&folder.0.join("run.csv")).rows;

@@ -1,5 +1,5 @@
-//! Tests of the command line: its documentation, man pages, standard input and output, quiet and
-//! verbose.
+//! Tests of the command line: its documentation, man pages, standard input and output, `--quiet`
+//! and `--verbose`.
 
 mod program_run;
 

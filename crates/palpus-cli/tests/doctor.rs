@@ -10,7 +10,7 @@ use program_run::{assert_success, command_without_cache, document, palpus_withou
 
 #[test]
 fn doctor_prints_text_or_json() {
-    // The verdict depends on the machine and its load, so any of the three is accepted.
+    // The verdict depends on the machine and its load, so any of the three verdicts is accepted.
     let output = palpus(&["doctor", "--scene", "peg-hole", "--duration", "0.5", "--json"]);
     let report = document(&output);
     let fitness = report["verdict"]["fitness"].as_str().expect("the report has a verdict");

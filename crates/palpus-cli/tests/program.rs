@@ -61,8 +61,9 @@ fn depth_is_bounded_and_containment_is_reported() {
     let (output, rows) = run("small.obj", &["--json"]);
     assert_eq!(json(&output)["contained"], 1);
     let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("the cell is a number");
-    // The first pose is apart by 0.25. In the second, the small cube is inside: it is half a unit
-    // from the top, plus a quarter for its own size. The third is apart by 0.75.
+    // In the first pose, the cubes are apart by 0.25. In the second pose, the small cube is inside:
+    // it is half a unit from the top, plus a quarter for its own size. In the third pose, the cubes
+    // are apart by 0.75.
     for (row, depth, contained) in [(0, 0.0, "0"), (1, 0.75, "1"), (2, 0.0, "0")] {
         assert!((number(row, 1) - depth).abs() < 1e-6 && (number(row, 2) - depth).abs() < 1e-6, "{rows:?}");
         assert_eq!(rows[row][7], contained);
@@ -123,8 +124,8 @@ fn wrong_use_is_2_and_failure_is_1_with_one_error() {
 fn query_results_are_in_the_frame_of_b() {
     let folder = Folder::new("query");
     folder.file("cube.obj", CUBE);
-    // The first pose is apart by 1 along x. The second overlaps by 0.5 along z. The third is turned
-    // by 90° and apart by 3.
+    // In the first pose, the cubes are apart by 1 along x. In the second pose, they overlap by 0.5
+    // along z. In the third pose, one cube is turned by 90°, and they are apart by 3.
     let poses =
         "tx,ty,tz,qx,qy,qz,qw\n3,0,0,0,0,0,1\n0,0,1.5,0,0,0,1\n0,5,0,0,0,0.7071067811865476,0.7071067811865476\n";
     folder.file("poses.csv", poses);
@@ -202,7 +203,8 @@ fn run_is_summarised_recorded_and_replayed_bit_for_bit() {
     let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
     assert_eq!(replay["identical"], 3000);
 
-    // A run with the recording as its device has as many ticks and gives identical wrenches.
+    // A run with the recording as its device has the same number of ticks and gives identical
+    // wrenches.
     let arguments = ["run", "box-table", "--fast", "--device", "replay:run.csv", "--record", "again.csv", "--json"];
     assert_eq!(json(&palpus(&folder.0, &arguments))["ticks"], 3000);
     let replay = json(&palpus(&folder.0, &["replay", "again.csv", "--json"]));
@@ -244,12 +246,12 @@ fn heavy_pair_is_reported_before_the_run() {
     for (scene, is_heavy) in [("gears", true), ("torus-torus", false)] {
         assert_success(&palpus(&folder.0, &["export", scene, scene]));
         let file = folder.0.join(scene).join("scene.toml");
-        // Time budget of a step, µs. It is less than any contact needs, so each step handles only
-        // one patch.
+        // Time budget of a step, µs. Any contact needs more time, so each step handles only one
+        // patch.
         let text = fs::read_to_string(&file)
             .expect("the scene can be read")
             .replace("[contact]", "[contact]\ntime_budget = 1");
-        fs::write(&file, text).expect("the scene can be read");
+        fs::write(&file, text).expect("the scene can be written");
         let file = file.to_str().expect("the path is valid UTF-8");
         let run = palpus(&folder.0, &["run", file, "--headless", "--no-realtime", "--duration", "0.01", "--lenient"]);
         let said = String::from_utf8_lossy(&run.stderr).into_owned() + &String::from_utf8_lossy(&run.stdout);
@@ -323,7 +325,7 @@ fn body_is_cached_and_prepared_again_if_damaged() {
     assert!(!is_cached(&again));
     assert!(text(&again.stderr).contains("damaged"), "{}", text(&again.stderr));
     assert!(is_cached(&prepare(&[])));
-    // The same shape in another file content is another body.
+    // Other file content is another body, which is not in the cache.
     folder.file("cube.obj", &CUBE.replace("v -1 -1 -1", "v -1 -1 -1.5"));
     assert!(!is_cached(&prepare(&[])));
 }

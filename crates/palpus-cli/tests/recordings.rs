@@ -64,7 +64,7 @@ fn killed_run_leaves_a_replayable_recording() {
             command(&folder.0, &run).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program starts");
         let length = || fs::metadata(&path).map_or(0, |file| file.len());
         let begun = Instant::now();
-        // Waits for two pieces and a part of the third.
+        // Waits until the file has grown four times.
         let mut pieces = Vec::new();
         while pieces.len() < 4 && begun.elapsed() < Duration::from_secs(60) {
             std::thread::sleep(Duration::from_millis(20));

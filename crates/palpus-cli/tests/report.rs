@@ -138,7 +138,7 @@ fn foreign_text_is_escaped() {
         .replace("device = \"sim\"", &format!("device = \"{hostile}\""))
         .replace("built_in = \"spoon-cup\"", &format!("file = \"{hostile}.toml\""))
         .replace("mesh = \"spoon-cup/probe\"", &format!("mesh = \"{hostile}\""));
-    fs::write(folder.0.join("b.csv"), recording).expect("the recording can be read");
+    fs::write(folder.0.join("b.csv"), recording).expect("the recording can be written");
     assert_success(&palpus(&folder.0, &["report", "b.csv", "--out", "pages/b.html"]));
     let page = page(&folder.0, "pages/b.html");
     is_self_contained(&page);

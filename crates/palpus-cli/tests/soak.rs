@@ -20,7 +20,7 @@ fn soak_writes_its_report() {
     let arguments = ["--duration", "2s", "--timer", "0.2", "--out", out, "--record", &record, "--json"];
     let output = palpus(&[&["soak", "peg-hole"][..], &arguments].concat());
     let report = document(&output);
-    // Whether the rate holds depends on the machine, so only the report is tested.
+    // The machine decides if the rate holds, so only the report is tested.
     assert_eq!(output.status.code(), Some(i32::from(report["held"] != true)));
     assert_eq!(report["failures"].as_array().map(Vec::is_empty), report["held"].as_bool());
     assert_eq!((&report["scene"], &report["finished"]), (&"peg-hole".into(), &true.into()));

@@ -105,8 +105,8 @@ fn lower_the_hand(folder: &Path, by: f64) {
     fs::write(&path, lines.lines().map(lower).collect::<Vec<_>>().join("\n")).expect("the file can be written");
 }
 
-/// Makes `mine` start with a cube of 4 mm, 6 mm below the table's top. So no surfaces are near each
-/// other.
+/// Makes `mine` start with a cube of 4 mm, 6 mm below the table's top, so that no surfaces are near
+/// each other.
 fn bury_a_cube(folder: &Path) {
     hold_a_cube(folder);
     lower_the_hand(folder, 48.0);
@@ -169,8 +169,8 @@ fn start_inside_an_object_is_reported_with_the_way_out() {
     let folder = Folder::new("in-object");
     assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
     hold_a_cube(&folder.0);
-    // The cube's centre is 42 mm above the table. So it is inside the plate, and the surfaces are
-    // apart.
+    // The cube's centre is 42 mm above the table. The cube is therefore inside the plate, and the
+    // surfaces are apart.
     add_a_plate(&folder.0, 20.0, 46.0);
     let said = said_of_start(&folder.0);
     assert!(said.contains("the probe overlaps the part by 6.") && said.contains("along (0.00, 0.00, 1.00)"), "{said}");

@@ -87,7 +87,7 @@ fn bricks(folder: &Folder) {
 #[test]
 fn scene_file_with_a_second_tool_runs_and_is_pictured() {
     let folder = Folder::new("two-hands-file");
-    // Two bricks above the floor; the second tool is to the right of the first one.
+    // Two bricks above the floor; the second tool is to the right of the first tool.
     bricks(&folder);
     let scene = |second: &str| {
         let text = format!(

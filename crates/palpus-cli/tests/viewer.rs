@@ -11,12 +11,13 @@ use display::{Display, WHOLE, orange};
 const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
     f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-/// Colour of the deepest regions in a section. Nothing else in the window has this colour.
+/// True for the colour of the deepest regions in a section. Nothing else in the window has this
+/// colour.
 fn yellow([r, g, b]: [i32; 3]) -> bool {
     r > 170 && g > 200 && b < 80
 }
 
-/// Colour of the real faces of a piece, and of their normals.
+/// True for the colour of the real faces of a piece, and of their normals.
 fn blue([r, g, b]: [i32; 3]) -> bool {
     b > r + 40 && b > g + 15
 }

@@ -132,8 +132,8 @@ fn patiently(test: impl Fn() + RefUnwindSafe) {
 }
 
 /// The mouse takes the spoon and presses it onto the bottom of the cup, while a recording and a
-/// picture are written. Then a slider is moved. The files must contain all of this, and the screen
-/// must show a contact and its arrows.
+/// picture are written. Then a slider is moved. The files must contain these actions, and the
+/// screen must show a contact and its arrows.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn dragged_probe_makes_contact_and_sliders_act() {
@@ -192,8 +192,8 @@ const LEFT: Part = Part { low: [20, 110], high: [460, 660] };
 const RIGHT: Part = Part { low: [480, 110], high: [930, 660] };
 const FORCE_CHART: Part = Part { low: [12, 722], high: [236, 855] };
 
-/// A key shows the paper's method beside the usual one, with the same hand, and adds its force to
-/// the plot. A drag on the plots shows the past while the loop continues.
+/// A key shows the paper's method beside the usual method, with the same hand, and adds its force
+/// to the plot. A drag on the plots shows the past while the loop continues.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn paper_method_is_shown_beside_and_plots_show_the_past() {
@@ -234,7 +234,7 @@ fn wait_for_file(file: &Path) {
 }
 
 /// Types two meshes into the dialog and runs them. Then saves the scene; the list of recent files
-/// must contain both.
+/// must contain both meshes.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn two_meshes_are_opened_together_and_saved() {
@@ -245,7 +245,7 @@ fn two_meshes_are_opened_together_and_saved() {
         let vertices = |side: i32, z: i32| corners.map(|[x, y]| format!("v {} {} {z}\n", x * side, y * side)).concat();
         for (name, side, height) in [("pin.obj", 10, 60), ("plate.obj", 90, 8)] {
             let mesh = vertices(side, 0) + &vertices(side, height) + faces;
-            fs::write(display.folder.join(name), mesh).expect("the mesh can be read");
+            fs::write(display.folder.join(name), mesh).expect("the mesh can be written");
         }
         let run = display.show(&["run", "box-table", "--no-realtime", "--lenient"]);
         display.wait_for("box", 300, &SCENE, orange);
@@ -352,7 +352,7 @@ fn cores_of_threads(process: u32) -> Vec<(String, String)> {
     status.map(|status| (line(&status, "Name:"), line(&status, "Cpus_allowed_list:"))).collect()
 }
 
-/// Returns true if the loop can get its own core. This needs two cores and real-time priority
+/// Returns true if the loop can get its own core. The loop needs two cores and real-time priority
 /// (`CAP_SYS_NICE`, or a limit above 0).
 fn may_have_a_core() -> bool {
     let of = |file: &str, name: &str| {

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
-/// Largest delay, in ticks. It is more than the delay of any real servo loop.
+/// Largest delay, in ticks. No real servo loop has so long a delay.
 pub(crate) const DELAY_MAX: usize = 8;
-/// A smaller fraction of a tick than this is rounding.
+/// Time, relative to the elapsed time, below which a remainder counts as a rounding error.
 const SLIVER: f64 = 1e-9;
 
 /// The last written wrenches, and their delay.
@@ -13,8 +13,8 @@ const SLIVER: f64 = 1e-9;
 pub(crate) struct Acting {
     /// The written wrenches, newest first.
     written: [Wrench; DELAY_MAX + 1],
-    /// Time from each write to the next one, s, newest first. For the newest write, the time until
-    /// the last tick.
+    /// Time from each write to the next write, s, newest first. For the newest write, the time
+    /// until the last tick.
     held: [f64; DELAY_MAX + 1],
     /// Time from a write until the wrench acts, s.
     delay: f64,
@@ -47,7 +47,7 @@ impl Acting {
         for (k, (wrench, held)) in self.written.iter().zip(self.held).enumerate() {
             let skipped = held.min(ahead);
             ahead -= skipped;
-            // The oldest stored wrench also stands for all earlier ones.
+            // The oldest stored wrench also stands for all earlier wrenches.
             let acted = if k == DELAY_MAX { left } else { (held - skipped).min(left) };
             if ahead <= sliver && acted >= elapsed - sliver {
                 return *wrench;
@@ -85,7 +85,7 @@ mod tests {
         assert_eq!(acting.over(1e-3), Wrench::ZERO);
         acting.write(&pull(2.0));
         assert_eq!(acting.over(1e-3), pull(1.0), "exactly the wrench of one tick earlier");
-        // This tick is ten periods long: the last wrench acts in nine of them.
+        // This tick lasts ten periods: the last wrench acts in nine of them.
         acting.write(&pull(12.0));
         assert!((acting.over(1e-2).force.x - (0.1 * 2.0 + 0.9 * 12.0)).abs() < 1e-12);
         acting.write(&pull(5.0));

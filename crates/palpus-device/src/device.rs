@@ -15,7 +15,7 @@ use crate::safety::DEVICE_BUTTONS;
 ///
 /// Poses are of the grip in the device's frame (right-handed). A wrench is about the grip's origin,
 /// in the axes of the device's frame. All units are SI. The servo thread calls `read` and `write`
-/// once per tick; neither may allocate, nor wait longer than a tick.
+/// once per tick. The two functions must not allocate, and must not wait longer than a tick.
 pub trait HapticDevice {
     /// Description of the device.
     fn spec(&self) -> &DeviceSpec;
@@ -33,14 +33,15 @@ pub trait HapticDevice {
     /// Fails if the device did not accept the wrench. The loop then ends as a fault.
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError>;
 
-    /// Returns true if the device's time advances only when it is read: between two reads nothing
-    /// moves and the commanded wrench has no effect. A run with such a device can be paused.
+    /// Returns true if the device's time advances only in a read. Between two reads nothing moves,
+    /// and the commanded wrench has no effect. A run with such a device can be paused.
     fn stands_unread(&self) -> bool {
         false
     }
 
     /// Returns the device's own counters since it was opened, by name, such as saturated motors or
-    /// lost answers. The loop's caller reads them after a run; this function may allocate.
+    /// lost answers. The loop's caller reads these counters after a run, so this function may
+    /// allocate.
     fn counts(&self) -> Vec<(&'static str, u64)> {
         Vec::new()
     }
@@ -138,14 +139,14 @@ pub struct DeviceState {
     /// Velocity of the grip (m/s at its origin, and rad/s), in the device's frame.
     pub twist: Twist,
     /// Bit k is set while button k is pressed. The two highest bits are keys of the program; the
-    /// loop sets them.
+    /// loop sets these bits.
     pub buttons: u32,
     /// Time at which this state was sampled, s since the device was opened. A state that `read`
     /// returns again keeps its time, so a repeated time shows that there is no newer state.
     pub time: f64,
-    /// True if the device gives no force now, whatever wrench is commanded: it is not ready, has no
-    /// power supply, lost an answer, or the user switched its force off. The safety chain then
-    /// applies [`Cut::Withheld`](crate::Cut).
+    /// True if the device gives no force now, whatever wrench is commanded. The causes are: the
+    /// device is not ready, it has no power, an answer was lost, or the user switched its force
+    /// off. The safety chain then applies [`Cut::Withheld`](crate::Cut).
     pub withheld: bool,
 }
 
@@ -186,7 +187,7 @@ pub struct Axes {
     pub translation: u8,
     /// Rotational axes, 0 to 3.
     pub rotation: u8,
-    /// Grippers, 0 or 1. Palpus does not drive them.
+    /// Grippers, 0 or 1. Palpus does not drive grippers.
     pub gripper: u8,
 }
 

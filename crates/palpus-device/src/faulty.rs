@@ -1,8 +1,8 @@
 //! Fault injection: a device, a step and clocks that fail as a script says.
 //!
-//! A [`Script`] is a list of faults by tick, written by hand or drawn from a seed. It is applied to
-//! a device ([`FaultyDevice`]) and to a step ([`Script::step`]), to test that the safety chain
-//! handles the faults.
+//! A [`Script`] is a list of faults by tick, written by hand or drawn from a seed. The script is
+//! applied to a device ([`FaultyDevice`]) and to a step ([`Script::step`]), to test that the safety
+//! chain handles the faults.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -29,11 +29,11 @@ pub enum Fault {
     PoseJump(DVec3),
     /// From now on the pose is rotated by this rotation vector, rad.
     TurnJump(DVec3),
-    /// The reported velocity is increased by this along x in this tick, m/s.
+    /// In this tick, the reported velocity along x is increased by this value, m/s.
     Speed(f64),
     /// The reported velocity is increased by this vector for this number of ticks, m/s.
     Velocity(DVec3, u32),
-    /// The device withholds its force for this number of ticks, and reports it.
+    /// The device withholds its force for this number of ticks, and its states say so.
     Withheld(u32),
     /// The device returns the same state with the same time for this number of ticks.
     Frozen(u32),
@@ -68,7 +68,7 @@ pub enum Fault {
 
 impl Fault {
     /// Returns the cut with which the chain must report this fault, if the fault occurs alone and
-    /// the grip hardly moves; `None` if this depends on the run.
+    /// the grip hardly moves; `None` if the cut depends on the run.
     pub fn shown_as(&self) -> Option<Cut> {
         Some(match self {
             Self::NonFinitePose | Self::NonFiniteTwist | Self::NoRotation => Cut::NonFiniteState,

@@ -1,9 +1,9 @@
-//! The devices found on this machine, and the requirements of the others.
+//! The devices found on this machine, and what is missing to use other devices.
 //!
-//! Each back end has a function `look() -> Vec<Finding>` that returns one finding per device. If it
-//! finds no device, it returns one finding that names the missing part, the places searched, the
-//! reason and a remedy of one line. A search never moves a device, never gives a force, and takes
-//! at most a second.
+//! Each back end has a function `look() -> Vec<Finding>` that returns one finding per device. If
+//! there is no device, `look` returns one finding that names the missing part, the places searched,
+//! the reason and a remedy of one line. A search never moves a device, never gives a force, and
+//! takes at most a second.
 
 use crate::device::{DeviceSpec, known_devices};
 use crate::simulated::SimulationSettings;
@@ -39,7 +39,7 @@ pub enum FindingState {
         looked_for: String,
         /// The missing item: a library, a service, a permission, a device.
         why: String,
-        /// One line that says how to fix it: a command, or what to install and from where.
+        /// One line that says how to fix the problem: a command, or what to install and from where.
         mend: String,
     },
 }
@@ -85,7 +85,7 @@ pub fn look() -> Vec<Finding> {
 }
 
 /// Returns the known limits of the device called `name`; `None` if the name is unknown. A back end
-/// starts from them and adds what the device itself reports.
+/// starts from these limits and adds the values that the device itself reports.
 pub fn known_device(name: &str) -> Option<DeviceSpec> {
     known_devices().into_iter().find(|known| known.name == name)
 }

@@ -11,14 +11,14 @@
 //! * [`Servo`] is the loop: read, step and write in each tick, in real time or as fast as possible.
 //!   However the loop ends, the last wrench that it writes is zero.
 //! * [`SafetyChain`] limits each wrench before it reaches the hand. The [`Gate`] checks each device
-//!   state before the step, and the [`Watch`] checks the loop from another thread.
-//!   [`FaultyDevice`] injects faults to test them.
+//!   state before the step, and the [`Watch`] checks the loop from another thread. [`FaultyDevice`]
+//!   injects faults for tests of the chain, the gate and the watch.
 //! * [`self_test`] tests a device before it gives force to a person.
 //! * [`claim`] requests from the operating system what a real-time loop needs: priority, locked
 //!   memory and a core of its own. [`leave_core`] moves the other threads off that core.
 //! * [`latest`] gives slower readers, such as a window, the newest value of the loop.
-//! * [`record`] passes rows from the servo thread to a writer through a bounded queue. If the queue
-//!   is full, it drops and counts rows; it never waits.
+//! * [`record`] passes rows from the servo thread to a writer through a bounded queue. If the
+//!   queue is full, the servo thread drops and counts rows, and never waits.
 //!
 //! The loop is generic over the step that computes the wrench. Nothing here depends on geometry.
 

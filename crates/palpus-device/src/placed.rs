@@ -1,10 +1,10 @@
 //! A device whose workspace is moved to the start of a scene.
 //!
 //! A device has its own origin, somewhere in its arm, and starts with any orientation of the grip.
-//! So this device maps the first valid grip pose to the start pose of the scene: it adds a constant
-//! shift to each position and applies a constant rotation in the grip's own frame. The axes of the
+//! So this device maps the first valid grip pose to the start pose of the scene. It adds a constant
+//! shift to each position, and applies a constant rotation in the grip's own frame. The axes of the
 //! device are the axes of the scene. Velocities and wrenches refer to the grip's origin in these
-//! axes, so they stay as they are.
+//! axes, so they are not changed.
 
 use std::sync::Arc;
 
@@ -18,8 +18,8 @@ use crate::device::{Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, O
 pub struct PlacedDevice<D> {
     device: D,
     start: Pose,
-    /// The shift added to each position (m), and the rotation applied before each rotation; `None`
-    /// before the first valid state.
+    /// The shift added to each position (m), and the rotation applied in the grip's own frame;
+    /// `None` before the first valid state.
     placed: Option<(DVec3, DQuat)>,
 }
 

@@ -2,8 +2,8 @@
 //!
 //! 1. The servo thread pushes rows into a bounded queue: no lock, no allocation, no waiting. A full
 //!    queue drops the row and counts it.
-//! 2. A writer thread removes the rows in order and passes them to the caller's [`Sink`]. It also
-//!    calls the sink when the queue is empty.
+//! 2. A writer thread removes the rows in order and passes them to the caller's [`Sink`]. The
+//!    writer thread also calls the sink when the queue is empty.
 //! 3. [`Recording::finish`] waits until the writer has emptied the queue, and returns the
 //!    numbers of written and dropped rows.
 
@@ -13,8 +13,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Sleep of the writer when the queue is empty. It is a few ticks, so a queue with room for a
-/// second of rows never fills.
+/// Sleep of the writer when the queue is empty. The sleep lasts a few ticks, so a queue with room
+/// for a second of rows never fills.
 const IDLE: Duration = Duration::from_millis(2);
 
 /// Destination of the rows of a recording. All calls come from the writer thread. After the first
@@ -23,8 +23,8 @@ pub trait Sink<R>: Send + 'static {
     /// Writes a row.
     fn write(&mut self, row: &R) -> io::Result<()>;
 
-    /// Lets the sink write rows that it has buffered. The writer thread calls this every few
-    /// milliseconds while there is no new row.
+    /// Lets the sink write its buffered rows. The writer thread calls this every few milliseconds
+    /// while there is no new row.
     fn idle(&mut self) -> io::Result<()> {
         Ok(())
     }
@@ -116,8 +116,8 @@ fn drain<R>(
     written: &mut u64,
 ) -> io::Result<()> {
     loop {
-        // Read before the loop below empties the queue, so that rows pushed before the end was
-        // announced are still written.
+        // This flag is read before the loop below empties the queue. So rows that were pushed
+        // before the end are still written.
         let last_round = ending.load(Ordering::Acquire) || queue.is_abandoned();
         while let Ok(row) = queue.pop() {
             sink.write(&row)?;

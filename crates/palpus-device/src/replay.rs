@@ -4,7 +4,7 @@ use palpus::algebra::Wrench;
 
 use crate::device::{DeviceError, DeviceSpec, DeviceState, HapticDevice};
 
-/// Returns recorded states, one per tick, and ends after the last one. Written wrenches have no
+/// Returns recorded states, one per tick, and ends after the last state. Written wrenches have no
 /// effect on the motion.
 #[derive(Clone, Debug)]
 pub struct ReplayDevice {

@@ -3,7 +3,7 @@
 //! The test writes only zero wrenches, so it does not move the user's hand. Its steps:
 //!
 //! 1. New states arrive, each with a valid pose and a new time. The device accepts a zero wrench
-//!    after each.
+//!    after each state.
 //! 2. The device's own watchdog removes the force when no wrench is written. This step is skipped
 //!    if the device has no watchdog that can be queried.
 //! 3. The brake can be applied and released, and reports both states. Meanwhile reads and writes
@@ -28,7 +28,7 @@ const TICK: Duration = Duration::from_millis(1);
 const RATE_HZ: f64 = 1000.0;
 /// Number of new states that must arrive.
 const FRESH_STATES: u32 = 20;
-/// Time limit for the new states. It is long enough for a busy machine.
+/// Time limit for the new states. The limit is long enough for a busy machine.
 const FRESH_TIME: Duration = Duration::from_millis(500);
 /// Extra time that a watchdog is given to trip. A thread without real-time priority wakes late on a
 /// busy machine.
@@ -41,8 +41,8 @@ pub struct SelfTest {
     pub brake: bool,
     /// Time after which the loop's watchdog applies the brake; `None` without a brake.
     pub watchdog: Option<Duration>,
-    /// Time after which the device's own watchdog removes the force; `None` if it was not tested or
-    /// cannot be queried.
+    /// Time after which the device's own watchdog removes the force; `None` if this watchdog was
+    /// not tested or cannot be queried.
     pub own_watchdog: Option<Duration>,
     /// The device gives no force now, so its own watchdog was not tested.
     pub withheld: bool,
@@ -196,7 +196,7 @@ impl<D: HapticDevice + ?Sized> Bench<'_, D> {
         Ok(())
     }
 
-    /// Step 4: a loop that has beaten once, as if it had written a force, and then stalls.
+    /// Step 4: simulates a loop that writes a force once and then stalls.
     fn see_watchdog(&mut self, brake: &Arc<dyn Brake>) -> Result<Duration, SelfTestError> {
         let stall = SafetyLimits::of(self.device.spec(), RATE_HZ).stall;
         let stall = Duration::try_from_secs_f64(stall).unwrap_or(PATIENCE);

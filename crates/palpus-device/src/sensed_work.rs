@@ -4,18 +4,19 @@
 //! wrench that acts when a step is sensed is therefore not the wrench under which the grip moved.
 //! Force times step is wrong by half the stiffness times the squared step, always with the same
 //! sign: 0.45 µJ per step of 0.03 mm at 1 kN/m. In seconds of sliding this adds up to some 100 µJ,
-//! while the true work is negative. So in each tick, for each of the six axes:
+//! while the true work is negative. The work is therefore computed in these steps in each tick, for
+//! each of the six axes:
 //!
 //! 1. *Travel* is the sensed motion whose work has not been counted yet. When a step is sensed, the
 //!    grip is near the border between two steps: half a step short of the sensed position, plus
 //!    half of its motion in a tick. So a grip that rests on a border has not moved, though its
 //!    sensed position alternates.
-//! 2. *Count* the work of the travel up to that border, with the mean of the loads since the last
-//!    count, since the grip moved in that time. This is done once [`SPAN`] has passed or the travel
-//!    is [`MANY`] steps. After a rest, older loads have less weight.
+//! 2. *Count* the work of the travel up to that border once [`SPAN`] has passed or the travel is
+//!    [`MANY`] steps. The load is the mean since the last count, since the grip moved in that time.
+//!    After a rest, older loads have less weight.
 //! 3. *Fast*: motion of at least [`FAST`] steps in a tick is counted at once, with the load that
-//!    acted in this tick. The same holds for every tick if the step is 0, that is for sensors
-//!    without steps and for unknown steps.
+//!    acted in this tick. If the step is 0 (a sensor without steps, or an unknown step), every
+//!    tick is counted at once.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, rotation_between};
@@ -23,10 +24,10 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use crate::acting::Acting;
 use crate::device::DeviceSpec;
 
-/// Shortest time over which a motion of few steps is counted, s. At 20 mm/s it covers several
-/// steps of 0.03 mm, and it is short compared with the period of a limit cycle.
+/// Shortest time over which a motion of few steps is counted, s. At 20 mm/s this time covers
+/// several steps of 0.03 mm. The time is short compared with the period of a limit cycle.
 const SPAN: f64 = 3.5e-3;
-/// Loads older than this, s, are counted with half their weight.
+/// Age of a load, s, from which it counts with half its weight.
 const MEMORY: f64 = 50e-3;
 /// Number of encoder steps in one tick from which the motion is fast, so that it is counted at
 /// once.
@@ -97,7 +98,7 @@ impl SensedWork {
     }
 }
 
-/// Counts the work along three axes; returns it in J.
+/// Counts the work along three axes and returns it, J.
 fn count(axes: &mut [Axis; 3], moved: DVec3, load: DVec3, elapsed: f64, step: f64) -> f64 {
     // Ignores a non-finite jump.
     if !(moved.is_finite() && load.is_finite() && elapsed.is_finite()) {
@@ -161,7 +162,7 @@ mod tests {
 
     #[test]
     fn slow_back_and_forth_motion_is_counted_within_a_step() {
-        // 2 mm at 2 to 40 mm/s: 67 steps each way.
+        // The grip moves 2 mm (67 steps) in each direction, at 2 to 40 mm/s.
         for speed in [2e-3, 10e-3, 40e-3] {
             let turn = 2e-3 / speed;
             let place = |t: f64| 2e-3 - ((t / turn).rem_euclid(2.0) - 1.0).abs() * 2e-3;
@@ -188,7 +189,8 @@ mod tests {
 
     #[test]
     fn oscillation_of_millimetres_is_counted_correctly() {
-        // 50 Hz, 1 mm: holding the spring force for a tick generates about 25 mJ in a second.
+        // At 50 Hz and 1 mm, a spring force that is held for a tick generates about 25 mJ in a
+        // second.
         let [counted, done] = spring(|t| 1e-3 * (314.0 * t).sin(), 1.0, STEP);
         assert!(done > 0.01 && (counted - done).abs() < 0.1 * done, "{counted} J for {done} J");
     }

@@ -20,7 +20,8 @@ use palpus_device::{
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Reads and writes in a loop until the driver applies `wrench`; false if it does not.
+/// Reads and writes in a loop until the driver applies `wrench`. Returns false if the driver never
+/// applies it.
 fn push(device: &mut BridgeDevice, driver: &StandIn, wrench: Wrench) -> bool {
     comes_to(|| {
         device.read().expect("the device returns a state");

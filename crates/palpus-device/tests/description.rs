@@ -98,8 +98,8 @@ fn variants(scene: &Scene, a: &Arc<Body>) -> [(&'static str, [Arc<Body>; 2], Pos
 fn force_does_not_depend_on_the_triangulation() {
     let names = ["spoon-cup", "peg-hole", "torus-torus", "box-table", "v-groove", "gears"];
     for (name, is_coupled) in names.iter().flat_map(|&name| [(name, true), (name, false)]) {
-        // Without a coupling, the gears' teeth overlap so deeply that the nearest way out is
-        // ambiguous. This case is only printed.
+        // Without a coupling, the gears' teeth overlap so deeply that the shortest separating
+        // motion is ambiguous. This case is only printed.
         let bounds = if name == "gears" && !is_coupled { [f64::INFINITY; 2] } else { [0.01, 0.02] };
         let scene = scene(name).expect("the scene is built in");
         let [a, b] = [body(&scene.probe), body(&scene.environment)];

@@ -1,14 +1,15 @@
 //! Thousands of seeded sequences of faults run through the whole loop in virtual time. The hand
-//! must be safe in all of them.
-//! For every sequence the commanded wrench must satisfy these conditions:
-//! 1. It is finite and within the plausible peak of the device, whatever the device states.
-//! 2. It changes by at most the slew limit from message to message, even at faults and when a force
-//!    is withheld.
-//! 3. From 2 ms after a fault on, it only damps the true motion of the grip.
-//! 4. It returns only through engagement: after a time without faults, from a small wrench, along
-//!    the ramp.
-//! 5. It ends with zero, or with the device's brake applied.
-//! 6. After three faults in ten seconds it stays zero until the user presses a button or key.
+//! must be safe in all sequences. For every sequence the commanded wrench must satisfy these
+//! conditions:
+//! 1. The wrench is finite and within the plausible peak of the device, whatever the device states.
+//! 2. The wrench changes by at most the slew limit from message to message, even at a fault or when
+//!    a force is withheld.
+//! 3. From 2 ms after a fault on, the wrench only damps the true motion of the grip.
+//! 4. The force returns only through engagement: after a time without faults, from a small wrench,
+//!    along the ramp.
+//! 5. The run ends with zero, or with the device's brake applied.
+//! 6. After three faults in ten seconds the force stays zero until the user presses a button or
+//!    key.
 //!
 //! Every fault must also be named in the counters of the run.
 

@@ -1,5 +1,5 @@
 //! Tests that contact through the coupling gives the hand no energy, and that the statistics report
-//! this.
+//! no energy.
 
 mod bodies;
 mod closed_loop;

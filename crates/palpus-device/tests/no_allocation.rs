@@ -22,7 +22,7 @@ fn run_does_not_allocate() {
         let mut device = SimulatedDevice::new(SimulationSettings::default(), intent).expect("the settings are valid");
         let (mut recorder, recording) = record(4096, |_: &(f64, Wrench)| Ok(()));
         let (mut publisher, mut newest) = latest(Wrench::ZERO);
-        // The watchdog thread is started before the first tick and joined after the last one.
+        // The watchdog thread is started before the first tick and joined after the last tick.
         let (mut first, mut last) = (None, 0);
         let mut observer = |tick: &ServoTick, _: &()| {
             recorder.push((tick.time, tick.wrench));

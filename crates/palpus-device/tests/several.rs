@@ -1,5 +1,5 @@
-//! Tests of one loop around several devices. Without faults each device behaves as in its own loop.
-//! A fault of one device removes the force of this device only.
+//! Tests of one loop around several devices. Without faults, each device behaves as in a loop of
+//! its own. A fault of one device removes the force of this device only.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -28,8 +28,8 @@ const RATE_HZ: f64 = 1000.0;
 /// The results of a step for the devices.
 type Answers<'a> = &'a mut [Option<StepOutcome>];
 
-/// A simulated operator that moves into a wall below z = 0 and out again, half a turn after the
-/// previous one.
+/// A simulated operator that moves into a wall below z = 0 and out again, half a period after the
+/// previous operator.
 fn simulated(which: usize) -> SimulatedDevice<impl Intent + Send> {
     let path = move |time: f64| Pose::from_translation(DVec3::Z * 0.02 * (4.0 * time + 3.1 * which as f64).cos());
     SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path)
@@ -176,7 +176,7 @@ fn step_keeps_the_last_pose_of_a_lost_device() {
     for state in &seen[701..] {
         assert_eq!((state.pose, state.twist.linear), (seen[700].pose, DVec3::ZERO));
     }
-    // If every fault must end the run, this one does.
+    // If every fault must end the run, this fault ends the run.
     let Ran { statistics, .. } = run(2, &[(700, Fault::Dropped)], AfterFault::Stop, walls);
     assert!(statistics.iter().all(|statistics| statistics.ticks <= 702), "{statistics:?}");
     assert!(matches!(statistics[0].end, RunEnd::DeviceFailed(_)) && statistics[1].end == RunEnd::Stopped);
@@ -241,7 +241,7 @@ fn faults_of_one_device_do_not_affect_the_other() {
     }
 }
 
-/// Blocks above a table. The simulated operators press them against each other.
+/// Blocks above a table. The simulated operators press the blocks against each other.
 struct Blocks {
     world: World,
     tools: Vec<ToolId>,
@@ -280,7 +280,8 @@ impl Blocks {
     }
 }
 
-/// Two simulated operators that press against each other. A third one holds still beside them.
+/// Two simulated operators that press against each other. A third operator holds still beside the
+/// two.
 fn pressing(which: usize) -> SimulatedDevice<impl Intent + Send> {
     let intent = move |time: f64| {
         let press = 0.012 * (2.0 * time).min(1.0);

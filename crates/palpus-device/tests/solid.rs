@@ -147,7 +147,7 @@ fn nothing_is_felt_in_free_air() {
     let mut renderer = renderer(&scene, 5000.0);
     let start = Pose { translation: scene.path.pose(0.0).translation + DVec3::Z * 0.2, ..Pose::IDENTITY };
     // Amplitudes (m) and frequencies (rad/s): from a slow motion with few encoder steps to a fast
-    // one of 0.4 m/s.
+    // motion of 0.4 m/s.
     for (reach, rate) in [(2e-3, 1.0), (0.02, 3.0), (0.1, 4.0)] {
         let intent = |time: f64| {
             let s = (rate * time).sin();
@@ -162,7 +162,7 @@ fn nothing_is_felt_in_free_air() {
 }
 
 /// The motors can hold 1.4 N continuously. A hand that presses a wall with 4 N for a minute sinks
-/// in. It must not feel a force on the whole way back.
+/// in. On the way back, the hand must feel a force only for the first millimetres.
 #[test]
 fn hot_device_stays_near_its_tool() {
     let scene = scene("box-table").expect("the scene is built in");

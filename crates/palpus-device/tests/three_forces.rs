@@ -52,9 +52,10 @@ fn run(scene: &Scene, bodies: [&Arc<Body>; 2], settings: Settings, seconds: f64)
     (0..(seconds / TICK) as usize).map(|_| tick()).collect()
 }
 
-/// Asserts that a device that pushes along three axes is off by less than a tenth of the force of
-/// the whole one, in the mean over the ticks in which that pushes with more than 0.2 N; prints the
-/// figures. Nothing is asserted where it hardly does.
+/// Asserts that the forces of a device with three actuated axes are off by less than a tenth. The
+/// reference is a fully actuated device, in the mean over the ticks in which that device pushes
+/// with more than 0.2 N. Prints the figures. Asserts nothing if there are fewer than ten such
+/// ticks.
 #[expect(clippy::print_stderr, reason = "figures for docs/feel.md")]
 fn assert_alike(name: &str, seconds: f64) {
     let scene = scene(name).expect("a built-in scene");

@@ -1,4 +1,4 @@
-//! Tests that a tool that is thrown at a thin body stays on its side.
+//! Tests that a tool that is thrown at a thin body does not pass through the body.
 
 mod bodies;
 
@@ -170,8 +170,8 @@ fn nothing_passes_through_a_thin_body_in_many_throws() {
     all(100_000 / 12 + 1);
 }
 
-/// The witness point of a corner lies near the sides of the block that meet there. These sides must
-/// not hide the sheet above the corner.
+/// The witness point of a corner lies near the sides of the block that meet at this corner. These
+/// sides must not hide the sheet above the corner.
 #[test]
 fn corner_below_a_holed_sheet_is_pushed_back() {
     let [.., (_, soup, _)] = targets();

@@ -19,7 +19,7 @@ use palpus_device::{
 };
 use palpus_scenes::shape::cuboid;
 
-/// Amplitude of the hand's motion, m. It reaches as far above the plate as below.
+/// Amplitude of the hand's motion, m. The motion reaches as far above the plate's surface as below.
 const SWING: f64 = 0.01;
 /// Time until the chain is engaged, s.
 const QUIET: f64 = 1.5;
@@ -56,13 +56,13 @@ fn tapping(hand: HandImpedance, speed: f64, quiet: f64) -> SimulatedDevice<impl 
     SimulatedDevice::new(settings, intent).expect("the settings are valid")
 }
 
-/// What four taps with the whole loop and its safety chain have done.
+/// Results of four taps with the whole loop and its safety chain.
 struct Taps {
-    /// N: of the transients.
+    /// Largest force of a transient, N.
     loudest: f64,
     cuts: Cuts,
     statistics: RunStatistics,
-    /// J: the most that the hand was truly given at any time.
+    /// Largest true energy given to the hand at any time, J.
     given: f64,
 }
 
@@ -87,7 +87,7 @@ fn tap(hand: &str, speed: f64, quiet: f64, material: Option<Material>) -> Taps {
 }
 
 const HANDS: [&str; 4] = ["relaxed", "normal", "firm", "tight"];
-/// m/s.
+/// Speeds of the taps, m/s.
 const SPEEDS: [f64; 4] = [0.05, 0.1, 0.2, 0.3];
 
 #[test]

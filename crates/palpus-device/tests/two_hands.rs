@@ -1,5 +1,5 @@
-//! Tests of two simulated operators with one tool each. Pressed against each other, the tools must
-//! rest. Pushed along, they must not be braked, and no hand may receive energy.
+//! Tests of two simulated operators with one tool each. Tools that are pressed against each other
+//! must rest. A tool that is pushed along must not be braked. No hand may receive energy.
 
 mod closed_loop;
 mod own_loop;

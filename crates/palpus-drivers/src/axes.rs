@@ -16,7 +16,7 @@ pub(crate) enum Axes {
 }
 
 impl Axes {
-    /// Converts a vector from the maker's frame to ours.
+    /// Converts a vector from the maker's frame to palpus's frame.
     pub(crate) fn ours(self, v: DVec3) -> DVec3 {
         match self {
             Self::ForceDimension => DVec3::new(v.y, -v.x, v.z),
@@ -24,7 +24,7 @@ impl Axes {
         }
     }
 
-    /// Converts a vector from our frame to the maker's.
+    /// Converts a vector from palpus's frame to the maker's frame.
     pub(crate) fn theirs(self, v: DVec3) -> DVec3 {
         match self {
             Self::ForceDimension => DVec3::new(-v.y, v.x, v.z),
@@ -32,8 +32,8 @@ impl Axes {
         }
     }
 
-    /// Converts the pose of a grip from the maker's frame to ours. `rotation` has the grip's axes
-    /// as columns.
+    /// Converts the pose of a grip from the maker's frame to palpus's frame. `rotation` has the
+    /// grip's axes as columns.
     pub(crate) fn pose(self, rotation: DMat3, translation: DVec3) -> Pose {
         // The axis of a rotation is converted like a vector. The angle stays the same.
         let q = DQuat::from_mat3(&rotation);

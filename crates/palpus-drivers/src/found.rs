@@ -12,7 +12,7 @@ use crate::open_haptics::{self, OpenHaptics};
 
 const FORCE_DIMENSION: (&str, &str) = ("force-dimension", "omega, delta, sigma, lambda, Falcon");
 const OPEN_HAPTICS: (&str, &str) = ("openhaptics", "Touch, Touch X, Phantom");
-/// Timeout of the search. A connected device usually answers sooner.
+/// Timeout of the search. A connected device usually answers within this time.
 const MOST: Duration = Duration::from_secs(1);
 
 /// Returns one finding for the devices of Force Dimension and one for those of OpenHaptics. Opens

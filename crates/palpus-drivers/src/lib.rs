@@ -4,13 +4,13 @@
 //! * [`OpenHaptics`] — Touch, Touch X and Phantom, through the maker's HDAPI (`libHD`).
 //! * [`look`] — the devices that are connected, and for the others what is missing.
 //!
-//! The libraries are loaded at run time. Nothing is linked, and this repository contains no files
-//! of the makers. If a library is missing, the error ([`DriverError`]) has its name, the searched
-//! folders, and how to install it. The folder `ffi` is the only one with `unsafe`. It declares only
-//! the functions that are called, written by hand.
+//! The libraries are loaded at run time. Nothing is linked, and this repository contains no
+//! files of the makers. If a library is missing, the error ([`DriverError`]) states the library's
+//! name, the searched folders, and how to install the library. The folder `ffi` is the only one
+//! with `unsafe`. Its hand-written declarations cover only the functions that are called.
 //!
-//! The makers' frames are converted to ours (`axes`): x to the user's right, y away from the user,
-//! z up.
+//! The makers' frames are converted to palpus's frame (`axes`): x to the user's right, y away from
+//! the user, z up.
 //!
 //! Neither driver was tested on hardware, because no device was available. The tests build a
 //! stand-in for each library, which exports the same names.

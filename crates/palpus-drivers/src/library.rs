@@ -11,13 +11,13 @@ use std::path::{Path, PathBuf};
 use crate::error::DriverError;
 use crate::ffi::{self, Loaded};
 
-/// Where to search for a library.
+/// Location of a library.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Place {
     /// Search in the usual folders.
     #[default]
     Usual,
-    /// Use this file. It can also be a simulator of the maker, or a stand-in.
+    /// Use this file. The file can also be the maker's simulator, or a stand-in.
     File(PathBuf),
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct Known {
     /// An environment variable with the path of the unpacked kit, and the kit's subfolders with
     /// libraries.
     pub(crate) kit: (&'static str, &'static [&'static str]),
-    /// What to do if the library is not found.
+    /// Advice if the library is not found.
     pub(crate) mend: &'static str,
 }
 
@@ -59,7 +59,8 @@ impl Known {
                 mend: "give the path of the library file".to_owned(),
             });
         }
-        // The loader would search its own folders for a bare name. An absolute path avoids that.
+        // The loader would search its own folders for a bare name. An absolute path avoids this
+        // search.
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         ffi::load(&absolute).map_err(|why| self.broken(path, why))
     }
@@ -69,7 +70,7 @@ impl Known {
         for name in self.names {
             match ffi::load(Path::new(name)) {
                 Ok(loaded) => return Ok(loaded),
-                // The error names the file that was not found. If it names another file, a
+                // The error names the file that was not found. If the error names another file, a
                 // dependency of this library is missing.
                 Err(why) if cfg!(unix) && !why.contains(name) => {
                     broken = broken.or(Some(self.broken(Path::new(name), why)));

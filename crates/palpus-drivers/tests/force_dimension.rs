@@ -207,7 +207,8 @@ fn brake_does_not_wait_for_a_hanging_call() {
         let reading = scope.spawn(|| device.read().map(drop));
         assert!(stand_in.comes_to(|s| s.get(READS) > reads));
         brake.apply();
-        // `apply` has returned while the read hangs. It takes effect as soon as the read ends.
+        // `apply` has returned while the read hangs. The brake takes effect as soon as the read
+        // ends.
         assert_eq!(stand_in.get(ENABLED), 1.0);
         reading.join().unwrap().unwrap();
     });
@@ -255,8 +256,8 @@ fn library_gets_the_limits_of_force_and_torque() {
     assert!(device.is_limited());
 }
 
-/// Writes and reads until `until` is true, for at most a thousand ticks. Returns whether it became
-/// true.
+/// Writes and reads until `until` is true, for at most a thousand ticks. Returns true if `until`
+/// became true.
 fn ticks(device: &mut ForceDimension, until: impl Fn(&DeviceState) -> bool) -> bool {
     (0..1000).any(|_| {
         device.write(&push(DVec3::X)).unwrap();
@@ -281,7 +282,7 @@ fn force_switched_off_by_a_person_stays_off() {
         brake.release();
         assert!(!ticks(&mut device, |state| !state.withheld));
         assert_eq!((stand_in.get(OVERRIDDEN), stand_in.three(FORCE)), (0.0, [0.0; 3]), "cause {by}");
-        // The person switches it on.
+        // The person switches the force on.
         stand_in.set(SWITCHED_OFF, 0.0).set(ENABLED, 1.0);
         assert!(ticks(&mut device, |state| !state.withheld));
         assert!(ticks(&mut device, |_| stand_in.three(FORCE) != [0.0; 3]));
@@ -357,7 +358,7 @@ fn missing_or_wrong_library_gives_an_error() {
     assert!(error.to_string().contains("`dhdOpen`") && error.to_string().contains("install"), "{error}");
 }
 
-/// Runs the servo loop in real time with a force of 0.5 N. It calls `at` after each tick.
+/// Runs the servo loop in real time with a force of 0.5 N. Calls `at` after each tick.
 fn run(device: &mut ForceDimension, seconds: f64, at: impl Fn(&ServoTick)) -> RunEnd {
     let options = ServoOptions { duration: Some(seconds), ..ServoOptions::default() };
     let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.5 });

@@ -52,8 +52,8 @@ fn push(force: DVec3) -> Wrench {
     Wrench { torque: DVec3::new(0.01, 0.02, 0.03), force }
 }
 
-/// Reads and writes `wrench` as a loop does, until `until` is true. Returns false if that does not
-/// happen.
+/// Reads and writes `wrench` as a loop does, until `until` is true. Returns false if `until` never
+/// becomes true.
 fn hold(device: &mut OpenHaptics, stand_in: &StandIn, wrench: Wrench, until: impl Fn(&StandIn) -> bool) -> bool {
     for _ in 0..2000 {
         // A device that is lost still applies no force.
@@ -124,7 +124,7 @@ fn outdated_wrench_ends_and_is_reported() {
     let turns = stand_in.get(TURNS);
     assert!(stand_in.comes_to(|s| s.get(TURNS) > turns + 10.0));
     assert_eq!(stand_in.three(FORCE), [0.0; 3]);
-    // The loop continues without a read. It does not know of the gap, so no force is applied.
+    // The loop continues without a read. The loop does not know of the gap, so no force is applied.
     let turns = stand_in.get(TURNS);
     while stand_in.get(TURNS) < turns + 10.0 {
         device.write(&wrench).unwrap();
@@ -377,7 +377,7 @@ fn wrong_library_gives_an_error() {
 fn servo_loop_ends_when_the_cable_is_pulled() {
     let _alone = alone();
     let stand_in = ready();
-    // The device has buttons, so the user enables forces by pressing one.
+    // The device has buttons, so the user enables forces by pressing a button.
     stand_in.set(BUTTONS, 0.0).set(MOVING, 0.0);
     let mut device = open(&stand_in).unwrap();
     let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.2 });

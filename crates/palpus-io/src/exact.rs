@@ -2,8 +2,8 @@
 //!
 //! Finite numbers are written with the fewest digits that read back as the same double. The sign of
 //! zero is kept; infinities are `inf` and `-inf`. NaN is `NaN` or `-NaN` (x86 produces the negative
-//! one). A NaN with another payload is written as `NaN:` and sixteen hexadecimal digits. Python,
-//! Rust and C read all of these forms except the last.
+//! NaN). A NaN with another payload is written as `NaN:` and sixteen hexadecimal digits. Python,
+//! Rust and C read all of these forms except the last form.
 
 use std::fmt::{self, Write};
 

@@ -18,7 +18,7 @@ impl Threads {
         Self { count: thread::available_parallelism().map_or(1, usize::from) }
     }
 
-    /// Uses `count` threads, but at least one.
+    /// Uses `count` threads, but at least one thread.
     pub fn of(count: usize) -> Self {
         Self { count: count.max(1) }
     }

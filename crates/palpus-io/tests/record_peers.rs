@@ -150,8 +150,8 @@ fn files_of_the_mcap_crate_are_read() {
     let killed = rewritten(false);
     let read = read_recording_from(killed.as_slice(), "theirs").unwrap();
     assert!(read.rows.len() + 15 > TICKS as usize && read.rows == rows()[..read.rows.len()]);
-    // This file has no index for readers that start with the index. This is why palpus writes an
-    // end after each piece.
+    // This file has no index for readers that start with the index. palpus therefore writes an end
+    // after each piece.
     assert!(!matches!(mcap::Summary::read(&killed), Ok(Some(_))));
 }
 

@@ -7,7 +7,7 @@ use palpus_io::scene::parse_scene;
 
 const PAGE: &str = include_str!("../../../docs/scene-file.md");
 
-/// The headings of the page and, for each, a scene with an unknown key in that table.
+/// The headings of the page and, for each heading, a scene with an unknown key in that table.
 const TABLES: [(&str, &str); 12] = [
     ("## Top of the file", "x = 1\n"),
     ("## `[probe]`", "[probe]\nmesh = \"a\"\nx = 1\n"),

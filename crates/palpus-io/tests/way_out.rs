@@ -1,5 +1,5 @@
-//! Compares the direction in which a query leaves a wall with a known answer and with the proven
-//! depth of the whole bodies.
+//! Compares the direction in which a contact pushes a peg out of a wall with a known answer, and
+//! its depth with the proven depth of the whole bodies.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -13,8 +13,8 @@ const POSE: usize = 7;
 /// Number of columns of a twist.
 const TWIST: usize = 6;
 
-/// Returns `given` as an array of doubles, without a copy if it already is one. `name` is its name
-/// in errors.
+/// Returns `given` as an array of doubles. An array of doubles is not copied. `name` is the name of
+/// the argument in errors.
 fn doubles<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let numpy = given.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (given, "float64")).map_err(|error| {
@@ -42,7 +42,7 @@ pub(crate) fn rows<const N: usize>(name: &str, columns: &str, given: &Bound<'_, 
     Ok(rows)
 }
 
-/// Returns poses. Their columns have the same order as in the files of the program.
+/// Returns poses. The columns have the same order as in the files of the program.
 pub(crate) fn poses(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Pose>> {
     let rows = rows::<POSE>(name, "tx, ty, tz, qx, qy, qz, qw", given)?;
     let checked = |(k, row)| pose_of(row).map_err(|problem| refused(format!("{name}[{k}]: {problem}")));
@@ -71,7 +71,7 @@ pub(crate) fn twists(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Twist
     }
 }
 
-/// Returns one twist, or zero if it is not given.
+/// Returns one twist, or zero if no twist is given.
 pub(crate) fn twist(name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<Twist> {
     let Some(given) = given else { return Ok(Twist::default()) };
     match twists(name, given)?[..] {

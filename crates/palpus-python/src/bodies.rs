@@ -19,8 +19,8 @@ use crate::arrays::rows;
 use crate::refused::{failed, refused};
 use crate::workers::{detached, threads};
 
-/// A solid that is prepared for queries. It never changes, and several threads can use it at the
-/// same time.
+/// A solid that is prepared for queries. A body never changes, and several threads can use it at
+/// the same time.
 #[pyclass(frozen, module = "palpus")]
 pub(crate) struct Body {
     body: Arc<palpus::Body>,
@@ -240,7 +240,7 @@ impl Body {
         &self.body
     }
 
-    /// Returns the convex cells of the body's inside. Computes them at the first call.
+    /// Returns the convex cells of the body's inside. The first call computes the cells.
     pub(crate) fn interior(&self, workers: &dyn Workers) -> &Interior {
         self.interior.get_or_init(|| Interior::new(&self.body, workers, &mut |_| ()))
     }

@@ -19,10 +19,10 @@ use crate::workers::{detached, threads};
 ///
 /// No translation shorter than `lower` separates the bodies. Moving a by `translation`, which has
 /// the length `upper`, separates them. The search at a pose ends when upper - lower is at most
-/// `gap` (a length; default: 1 % of the smaller body's size), and then `certified` is true. It also
-/// ends after `budget` evaluations. With `outside`, a translation counts as free only if a can then
-/// leave b along a straight line. `contained` is 1 if a lies in b, 2 if b lies in a, and 0
-/// otherwise. `distance` is the distance of the surfaces. It is negative if one body lies in the
+/// `gap` (a length; default: 1 % of the smaller body's size), and then `certified` is true. The
+/// search also ends after `budget` evaluations. With `outside`, a translation counts as free only
+/// if a can then leave b along a straight line. `contained` is 1 if a lies in b, 2 if b lies in a,
+/// and 0 otherwise. `distance` is the distance of the surfaces: negative if one body lies in the
 /// other, and NaN if the surfaces cross.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, *, gap=None, budget=None, outside=false, workers=None))]

@@ -202,7 +202,7 @@ impl Loop {
         Ok(())
     }
 
-    /// As `World.drive`, from the next tick on.
+    /// Moves a driven body like `World.drive`, from the next tick on.
     #[pyo3(signature = (body, pose, twist=None))]
     fn drive(
         &mut self,

@@ -148,7 +148,7 @@ pub(crate) fn query<'py>(
 /// `point_a - point_b = separation * normal`. `separation` is negative where convex pieces overlap:
 /// minus the penetration depth. The default tolerance is 1 % of the smaller body's size. Unless
 /// `prove` is False, each depth is proven to be the smallest depth of its two pieces. `workers` is
-/// the number of threads (default: all cores). It does not change the results.
+/// the number of threads (default: all cores). The number of threads does not change the results.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, tolerance=None, *, prove=true, workers=None))]
 pub(crate) fn contacts<'py>(

@@ -1,4 +1,4 @@
-//! Rows for Python. numpy uses them as structured arrays in the engine's memory.
+//! Rows for Python. numpy uses the rows as structured arrays in the engine's memory.
 //!
 //! Every byte of a row is initialised, because numpy compares and writes rows as bytes. The field
 //! `fill` covers the padding.
@@ -80,8 +80,8 @@ macro_rules! layout {
             }
         }
 
-        // SAFETY: all fields are plain numbers, listed with their types and offsets. All of them
-        // lie within the row.
+        // SAFETY: all fields are plain numbers, listed with their types and offsets. All fields lie
+        // within the row.
         unsafe impl Element for $row {
             const IS_COPY: bool = true;
 

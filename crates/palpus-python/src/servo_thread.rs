@@ -1,6 +1,6 @@
-//! The servo thread of a loop. It owns the world and the device until it ends. Python exchanges the
-//! newest values with it through triple buffers and a bounded queue. Once the loop runs, nothing
-//! here waits, locks or allocates.
+//! The servo thread of a loop. The thread owns the world and the device until it ends. Python and
+//! the thread exchange the newest values through triple buffers and a bounded queue. Once the loop
+//! runs, nothing here waits, locks or allocates.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -72,13 +72,13 @@ impl ServoThread {
         }
         let clock = WallClock::new();
         let mut pacer = Pacer::of(world.tool_settings(tool), rate_hz);
-        let told = Told { available: Cell::new(Limits::UNLIMITED), panicked: Cell::new(false) };
+        let carried = Carried { available: Cell::new(Limits::UNLIMITED), panicked: Cell::new(false) };
         let step = |state: &palpus_device::DeviceState, dt: f64| {
             let before = allocations_of_this_thread();
-            if told.panicked.take() {
+            if carried.panicked.take() {
                 world.clear();
             }
-            world.set_available(tool, &told.available.get());
+            world.set_available(tool, &carried.available.get());
             let asked = settings.take().is_some_and(|asked| world.set_tool_settings(tool, asked).is_ok());
             while let Ok((body, pose, twist)) = drives.pop() {
                 world.drive(body, pose, twist);
@@ -99,7 +99,7 @@ impl ServoThread {
                 detail: Detail { tool: tick.tool_ba, contacts: tick.contacts.len(), allocations },
             }
         };
-        let mut watcher = Watcher { now, told: &told, last: None, allocations: 0 };
+        let mut watcher = Watcher { now, carried: &carried, last: None, allocations: 0 };
         let statistics = servo.run(&mut *device, step, &mut watcher, &stop);
         let allocations = watcher.allocations;
         Ended { world, statistics, allocations }
@@ -107,7 +107,7 @@ impl ServoThread {
 }
 
 /// Values of the last tick that the next step needs.
-struct Told {
+struct Carried {
     available: Cell<Limits>,
     panicked: Cell<bool>,
 }
@@ -115,7 +115,7 @@ struct Told {
 /// Publishes every tick.
 struct Watcher<'a> {
     now: Publisher<Now>,
-    told: &'a Told,
+    carried: &'a Carried,
     /// The last pose of the tool, and its number of contacts.
     last: Option<(Pose, usize)>,
     allocations: u64,
@@ -123,9 +123,9 @@ struct Watcher<'a> {
 
 impl Watcher<'_> {
     fn see(&mut self, tick: &ServoTick) {
-        self.told.available.set(tick.available);
+        self.carried.available.set(tick.available);
         if tick.cuts.has(Cut::Panic) {
-            self.told.panicked.set(true);
+            self.carried.panicked.set(true);
         }
         let (tool, contacts) = self.last.unwrap_or((Pose::IDENTITY, 0));
         self.now.publish(Now {

@@ -14,7 +14,7 @@ pub(crate) struct Settings {
     pub(crate) settings: EngineSettings,
 }
 
-/// Returns the settings. Fails if they are invalid.
+/// Returns the settings. Fails if the settings are invalid.
 fn checked(settings: EngineSettings) -> PyResult<Settings> {
     settings.validate().map_err(|error: SettingsError| failed(&error))?;
     Ok(Settings { settings })
@@ -26,8 +26,8 @@ impl Settings {
     /// the device's limits, and `period` (s) is the period of the loop.
     ///
     /// Contacts are found within `tolerance` (m); a hundredth of the smaller body's size is a good
-    /// value. They are as stiff as the device can render. `friction` is the pair of the static and
-    /// the dynamic coefficient. `grip` is the point where the tool is held (m, in the tool's
+    /// value. Contacts are as stiff as the device can render. `friction` is the pair of the static
+    /// and the dynamic coefficient. `grip` is the point where the tool is held (m, in the tool's
     /// frame). Wrenches are about that point.
     #[staticmethod]
     #[pyo3(signature = (*, force, torque, tolerance, period=1e-3, friction=None, grip=None))]

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use crate::refused::refused;
 
-/// Returns the threads for the argument `workers`. All cores if it is not given.
+/// Returns the threads for the argument `workers`; without the argument, one thread per core.
 pub(crate) fn threads(workers: Option<usize>) -> PyResult<Threads> {
     match workers {
         None => Ok(Threads::all()),
@@ -16,9 +16,9 @@ pub(crate) fn threads(workers: Option<usize>) -> PyResult<Threads> {
     }
 }
 
-/// Runs `work` while other Python threads can run. Ctrl-C ends it early.
+/// Runs `work` while other Python threads can run. Ctrl-C ends the work early.
 ///
-/// `work` gets a flag that requests a stop, and a function that it must call regularly on the
+/// `work` gets a flag that requests a stop, and a function that `work` must call regularly on the
 /// calling thread.
 pub(crate) fn detached<T: Send>(
     py: Python<'_>,

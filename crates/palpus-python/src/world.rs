@@ -72,7 +72,8 @@ impl World {
         }
     }
 
-    /// Adds a tool, and returns its number. Its pose is the next row of the poses of `step`.
+    /// Adds a tool, and returns its number. The pose of the tool is the next row of the poses of
+    /// `step`.
     fn add_tool(&mut self, body: &Bound<'_, Body>, settings: &Bound<'_, Settings>) -> PyResult<usize> {
         let added = self.inner_mut()?.add_tool(body.get().shared().clone(), settings.get().settings);
         let tool = added.map_err(|error| failed(&error))?;
@@ -84,8 +85,8 @@ impl World {
     /// Makes a step of `dt` seconds. Returns the wrench of each tool (tools, 6), about its grip.
     ///
     /// `poses` (tools, 7) are the poses of the tools' frames in the world, in the order in which
-    /// the tools were added. `twists` (tools, 6) are the twists of the grips; they are zero if not
-    /// given. With a single tool, the first dimension may be omitted.
+    /// the tools were added. `twists` (tools, 6) are the twists of the grips; the default is zero.
+    /// With a single tool, the first dimension may be omitted.
     #[pyo3(signature = (poses, dt=1e-3, *, twists=None))]
     fn step<'py>(
         &mut self,
@@ -132,7 +133,7 @@ impl World {
     }
 
     /// Returns the contacts of two bodies in the last step, in the world's frame: an array of
-    /// CONTACT. The first body is a.
+    /// CONTACT. In each row, a is the first body.
     fn contacts<'py>(&self, py: Python<'py>, of: usize, other: usize) -> PyResult<Bound<'py, PyArray1<ContactRow>>> {
         let (of, with) = (self.member(of)?.body, self.member(other)?.body);
         let rows: Vec<ContactRow> =
@@ -140,8 +141,8 @@ impl World {
         Ok(rows.into_pyarray(py))
     }
 
-    /// Sets the pose and the velocity of a driven body. You can call this at any rate; between two
-    /// calls the body continues at this velocity.
+    /// Sets the pose and the velocity of a driven body. You can call this function at any rate;
+    /// between two calls the body continues at this velocity.
     #[pyo3(signature = (body, pose, twist=None))]
     fn drive(&mut self, body: usize, pose: &Bound<'_, PyAny>, twist: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
@@ -166,8 +167,8 @@ impl World {
         if self.inner_mut()?.throw(id, twist) { Ok(()) } else { Err(refused(format!("body {body} is not free"))) }
     }
 
-    /// Returns the pose of a body (7,). For a coupled tool this is the tool's pose, not the
-    /// device's.
+    /// Returns the pose of a body (7,). For a coupled tool, this pose is the pose of the tool,
+    /// not of the device.
     fn pose<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(row(py, of_pose(&self.inner()?.pose(self.member(body)?.body))))
     }
@@ -178,7 +179,8 @@ impl World {
         Ok(row(py, of_pair(linear, angular)))
     }
 
-    /// Clears contacts and friction, as before the first step. Objects stay where they are.
+    /// Discards contacts and friction, so that the next step is like a first step. Objects keep
+    /// their poses.
     fn clear(&mut self) -> PyResult<()> {
         self.inner_mut()?.clear();
         Ok(())

@@ -21,7 +21,7 @@ def test_tutorial(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> No
     (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
     blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", PAGE.read_text(), re.DOTALL)
     assert len(blocks) >= 4
-    # The loop of the page runs in real time. This machine may be too busy for that.
+    # The loop of the page runs in real time. This machine may be too busy to keep the rate.
     monkeypatch.setattr(palpus, "Loop", functools.partial(palpus.Loop, real_time=False))
     names: dict[str, Any] = {}
     for code, expected in blocks:

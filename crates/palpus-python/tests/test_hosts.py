@@ -19,7 +19,8 @@ def example(name: str) -> ModuleType:
 
 
 def test_mujoco_robot_slides_around_the_ring(tmp_path: pathlib.Path) -> None:
-    # Not imported here, because the example chooses MuJoCo's renderer before it imports MuJoCo.
+    # The example is not imported here, because it chooses MuJoCo's renderer before it imports
+    # MuJoCo.
     if importlib.util.find_spec("mujoco") is None:
         pytest.skip("MuJoCo is not installed")
     robot = example("mujoco_robot")
@@ -28,8 +29,8 @@ def test_mujoco_robot_slides_around_the_ring(tmp_path: pathlib.Path) -> None:
     assert not force[time < 1.0].any(), "the peg must go down without contact"
     round_, room = (time > 1.5) & (time < 3.5), robot.HOLE - robot.PEG[0]
     far = np.hypot(place[:, 0], place[:, 1])[round_]
-    # The wall gives way by the force over its stiffness, minus the tolerance below which it pushes.
-    # The sum is about zero.
+    # The wall yields by the force divided by its stiffness, minus the tolerance below which it
+    # pushes. This sum is about zero.
     assert (np.abs(far - room) < 2e-4).all()
     pull = robot.Robot.STIFFNESS[0] * (robot.CIRCLE - room)
     np.testing.assert_allclose(np.linalg.norm(force[round_], axis=1), pull, rtol=0.15)

@@ -59,7 +59,7 @@ def test_labels_equal_query_results(tmp_path: pathlib.Path, peg: palpus.Body, br
     assert np.abs(np.array(table["upper"]) - upper).max() < 0.02 * peg.size, "bounds of other runs may differ by the gap"
 
 
-def test_wrenches_equal_those_of_a_world(tmp_path: pathlib.Path, poses: Array) -> None:
+def test_wrenches_equal_wrenches_of_a_world(tmp_path: pathlib.Path, poses: Array) -> None:
     scaled = poses * ([1e-3] * 3 + [1] * 4)
     parts = write(tmp_path / "poses.parquet", scaled, 300)
     meshes = str(MESHES / "peg.obj"), str(MESHES / "bracket.obj")

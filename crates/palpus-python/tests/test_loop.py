@@ -18,7 +18,7 @@ def touch() -> palpus.World:
 
 def test_led_tool_presses_on_the_plate() -> None:
     world = touch()
-    # Not in real time, because a busy machine would be late.
+    # The loop does not run in real time, because a busy machine would be late.
     with palpus.Loop(world, at(0, 0, 0.065), real_time=False) as loop:
         assert loop.is_running
         loop.lead(at(0, 0, 0.05))

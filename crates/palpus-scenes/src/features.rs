@@ -1,22 +1,23 @@
-//! Finds all contacts of two polyhedra. It tries every pair of features, without pieces, hulls,
+//! Finds all contacts of two polyhedra by testing every pair of features, without pieces, hulls,
 //! fronts or cached results.
 //!
-//! A pair is a vertex of one mesh and a face of the other, or two edges. It is a contact if
+//! A pair is a vertex of one mesh and a face of the other, or two edges. A pair is a contact if
 //!
-//! 1. its direction is the face's normal, or at a right angle to both edges,
-//! 2. near the feature, each surface lies on its own side along that direction, so no small motion
-//!    along the surfaces brings the bodies nearer,
+//! 1. its direction is the face's normal, or perpendicular to both edges,
+//! 2. near the pair, each body's surface lies on its own side of the plane perpendicular to this
+//!    direction, so no other points nearby are nearer to each other,
 //! 3. the two points lie within the face, or within both edges,
-//! 4. between the points there is only air where the bodies are apart, and material of the entered
-//!    body (of both, for two edges) where they overlap.
+//! 4. between the points there is only air if the bodies are apart. If they overlap, there is
+//!    material of the entered body, or for two edges, material of both bodies.
 //!
-//! If a vertex is inside the other body, only the contact with the nearest of these faces counts.
+//! If a vertex is inside the other body, only the contact with the nearest face counts.
 //!
-//! The contacts are checked: the probe is moved by the shortest translation that ends them all, and
-//! the edges of both bodies are sampled there. If an edge is still far inside the other body, the
-//! result is `None`. Sometimes another translation, which ends only one contact, is shorter and
-//! separates the bodies. If it is at most half as long, the contacts that remain after it are
-//! dropped, because they belong to another side. If it is longer than half, the result is `None`.
+//! The contacts are checked: the probe is moved by the shortest translation that ends all contacts,
+//! and the edges of both bodies are sampled there. If an edge is still far inside the other body,
+//! the result is `None`. Sometimes a shorter translation, which ends only one contact, also
+//! separates the bodies. If the shorter translation is at most half as long, the contacts that
+//! remain after it are dropped, because they belong to another side. Otherwise the result is
+//! `None`.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -24,22 +25,23 @@ use palpus::body::{Mesh, PolygonSoup, TriangleTree};
 
 use crate::truth::TrueContact;
 
-/// Tolerance of the test on which side of a plane a direction points, as a cosine to the normal.
+/// Tolerance of the test whether a direction points above or below a plane, as a cosine to the
+/// plane's normal.
 const LEVEL: f64 = 1e-6;
-/// Two edges are parallel, and two normals equal, if the sine of the angle between them is below
-/// this.
+/// Two edges are parallel, and two normals are equal, if the sine of their angle is below this.
 const PARALLEL: f64 = 1e-6;
-/// How far a point may lie outside a face or an edge, relative to its size.
+/// Allowed distance of a point outside a face or an edge, relative to its size.
 const OUTSIDE: f64 = 1e-9;
 
-/// Overlap that may remain after the contacts have ended: this length (m) plus a share of the
-/// deepest contact. The share is needed because no translation frees a tilted part between two
+/// Overlap that may remain after the contacts have ended: this length (m) plus a fraction of the
+/// deepest contact. The fraction is needed because no translation frees a tilted part between two
 /// walls.
 const SLACK: f64 = 30e-6;
 const SLACK_SHARE: f64 = 0.5;
-/// The way out of a single contact is compared with the common way out of all contacts. It counts
-/// as a different way if the ratio of their lengths and the cosine between them are below the first
-/// value. It is the right way if the ratio is at most the second value.
+/// The translation that ends a single contact is compared with the translation that ends all
+/// contacts. The two translations count as different if the ratio of their lengths and the cosine
+/// between them are below the first value. The shorter translation is the right one if the ratio is
+/// at most the second value.
 const SHORTER: f64 = 0.9;
 const MUCH_SHORTER: f64 = 0.5;
 /// Distance between samples along an edge, m.
@@ -47,7 +49,7 @@ const SPACING: f64 = 0.5e-3;
 /// Number of rounds of the search for the shortest translation.
 const SWEEPS: usize = 100;
 
-/// How far a point between two edges is moved into a body, relative to the separation.
+/// Distance by which a point between two edges is moved into a body, relative to the separation.
 const INWARD: f64 = 1e-3;
 
 /// Two polyhedra.
@@ -55,7 +57,8 @@ const INWARD: f64 = 1e-3;
 pub(crate) struct Features {
     a: Polyhedron,
     b: Polyhedron,
-    /// Thickness of the thinnest wall, m. Deeper than half of it, a contact has two ways out.
+    /// Thickness of the thinnest wall, m. For a contact deeper than half of this thickness, the
+    /// nearest surface may be on the other side of the wall.
     wall: f64,
 }
 
@@ -63,7 +66,7 @@ pub(crate) struct Features {
 struct Polyhedron {
     faces: Vec<[u32; 3]>,
     edges: Vec<[u32; 2]>,
-    /// The vertices at the end of a convex edge, each with its place in `spokes`.
+    /// The vertices of convex edges, each with its range in `spokes`.
     corners: Vec<(u32, std::ops::Range<usize>)>,
     placed: Placed,
     tree: TriangleTree,
@@ -75,7 +78,7 @@ struct Placed {
     vertices: Vec<DVec3>,
     /// Unit normals of the faces.
     normals: Vec<DVec3>,
-    /// For each edge, the two unit vectors at a right angle to it that point into its two faces.
+    /// For each edge, the two unit vectors perpendicular to the edge that point into its two faces.
     into: Vec<[DVec3; 2]>,
     /// Unit vectors from each corner to its neighbours.
     spokes: Vec<DVec3>,
@@ -139,8 +142,8 @@ impl Polyhedron {
         Some(Self { faces, edges, corners, placed: Placed { vertices, normals, into, spokes }, tree: mesh.tree() })
     }
 
-    /// True if an edge of `other`, placed by `pose`, is somewhere deeper than `depth` (m) inside
-    /// this body.
+    /// Returns true if some point of an edge of `other`, placed by `pose`, is deeper than `depth`
+    /// (m) inside this body.
     fn is_entered(&self, other: &Self, pose: &Pose, depth: f64) -> bool {
         let at = |v: u32| pose.point(other.placed.vertices[v as usize]);
         other.edges.iter().any(|&[from, to]| {
@@ -164,7 +167,7 @@ struct Side<'a> {
     placed: &'a Placed,
 }
 
-/// A feature's box, grown by the reach of the search.
+/// A feature's bounding box, enlarged by the reach of the search.
 #[derive(Clone, Copy)]
 struct Near {
     low: DVec3,
@@ -184,15 +187,15 @@ impl Near {
 }
 
 impl Features {
-    /// The features of two closed meshes. `wall` is the thickness of the thinnest wall that
+    /// Returns the features of two closed meshes. `wall` is the thickness of the thinnest wall that
     /// contacts enter, m. `None` if a mesh is invalid.
     pub(crate) fn new(probe: &PolygonSoup, environment: &PolygonSoup, wall: f64) -> Option<Self> {
         Some(Self { a: Polyhedron::new(probe)?, b: Polyhedron::new(environment)?, wall })
     }
 
-    /// Returns the contacts with a separation below `reach` (m). `None` if a contact is deeper than
-    /// half a wall, if the contacts do not explain the overlap, or if two ways out are about
-    /// equally short.
+    /// Returns the contacts with a separation below `reach` (m). `None` in three cases: a contact
+    /// is deeper than half a wall; the contacts do not explain the overlap; two translations that
+    /// separate the bodies are about equally short.
     pub(crate) fn contacts(&self, pose_ba: &Pose, reach: f64) -> Option<Vec<TrueContact>> {
         let placed = self.a.placed.at(pose_ba);
         let (a, b) = (Side { shape: &self.a, placed: &placed }, Side { shape: &self.b, placed: &self.b.placed });
@@ -234,8 +237,8 @@ impl Features {
     }
 }
 
-/// Returns the shortest translation that ends all overlaps of `contacts`. If there is none, it ends
-/// them only nearly.
+/// Returns the shortest translation that ends all overlaps of `contacts`. If no such translation
+/// exists, returns a translation that nearly ends them.
 fn way_out(contacts: &[TrueContact]) -> DVec3 {
     let mut way = DVec3::ZERO;
     let mut pushes = vec![0.0; contacts.len()];
@@ -251,9 +254,9 @@ fn way_out(contacts: &[TrueContact]) -> DVec3 {
 }
 
 /// Returns the contacts of corners of `own` with faces of `other`, each with its normal from
-/// `other` to `own`. `joins` gets the middle between two points, and whether they overlap. It
-/// returns true if there is material at the middle of overlapping points, or air between separate
-/// ones.
+/// `other` to `own`. `joins` gets the middle of two points, and whether they overlap. `joins`
+/// returns true if there is material at the middle of overlapping points, or air at the middle of
+/// separate points.
 fn corners_on_faces(
     own: Side<'_>,
     other: Side<'_>,
@@ -302,7 +305,7 @@ fn corners_on_faces(
     found
 }
 
-/// True if `p`, which lies in the plane of a triangle, lies in the triangle.
+/// Returns true if `p`, which lies in the plane of a triangle, lies in the triangle.
 fn is_within(p: DVec3, corners: [DVec3; 3], normal: DVec3) -> bool {
     (0..3).all(|k| {
         let (from, to) = (corners[k], corners[(k + 1) % 3]);
@@ -310,8 +313,8 @@ fn is_within(p: DVec3, corners: [DVec3; 3], normal: DVec3) -> bool {
     })
 }
 
-/// Returns the contacts of convex edges. `joins` gets the middle between the two points twice,
-/// moved a little into each body, because both bodies may have a face there.
+/// Returns the contacts of convex edges. `joins` gets the middle of the two points twice, moved a
+/// little into each body, because both bodies may have a face there.
 fn edges_on_edges(
     a: Side<'_>,
     b: Side<'_>,
@@ -378,7 +381,8 @@ mod tests {
         Features::new(&cuboid(DVec3::new(0.02, 0.01, 0.006)), &cuboid(DVec3::splat(0.04)), 0.006).expect("boxes")
     }
 
-    /// Placed so that its lowest point is `DEPTH` below the large box's top.
+    /// Returns a pose of the small box in which its lowest point is `DEPTH` below the large box's
+    /// top.
     fn turned(rotation: DQuat, x: f64) -> Pose {
         let corners = [0.01, -0.01]
             .into_iter()
@@ -388,12 +392,13 @@ mod tests {
     }
 
     #[test]
-    fn flat_box_is_held_at_the_corners_of_its_part_on_the_other() {
+    fn flat_box_has_contacts_at_the_corners_of_the_overlap() {
         let boxes = boxes();
         for (x, middle) in [(0.0, 0.0), (0.015, 0.0125)] {
             let pose = turned(DQuat::IDENTITY, x);
             let contacts = boxes.contacts(&pose, 1e-5).expect("not deep");
-            // Corners of the small box, and crossings of its edges with those of the large one.
+            // The contacts are at corners of the small box, and at crossings of its edges with
+            // edges of the large box.
             assert_eq!(contacts.len(), 4, "{contacts:?}");
             let (force, torque) = push(&contacts, 0.0, DVec3::new(middle, 0.0, 0.0));
             assert!((force - DVec3::Z * DEPTH).length() < 1e-12, "{force}");
@@ -402,12 +407,12 @@ mod tests {
     }
 
     #[test]
-    fn tilted_box_is_held_at_its_lowest_corner() {
+    fn tilted_box_has_a_contact_at_its_lowest_corner() {
         let pose = turned(DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.3, 0.2), 0.0);
         let contacts = boxes().contacts(&pose, 1e-5).expect("not deep");
         let [contact] = contacts[..] else { panic!("{contacts:?}") };
         assert!((contact.separation + DEPTH).abs() < 1e-12 && contact.normal == DVec3::Z, "{contact:?}");
-        // Apart by as much.
+        // The same pose, moved up: the boxes are `DEPTH` apart.
         let above = Pose { translation: pose.translation + DVec3::Z * (2.0 * DEPTH), ..pose };
         let apart = boxes().contacts(&above, 2.0 * DEPTH).expect("apart");
         assert!(apart.len() == 1 && (apart[0].separation - DEPTH).abs() < 1e-12, "{apart:?}");
@@ -430,8 +435,9 @@ mod tests {
     }
 
     #[test]
-    fn the_shorter_of_two_ways_out_counts() {
-        // A box over the edge of another one: 0.2 mm up, or to the side.
+    fn shorter_of_two_translations_is_used() {
+        // A small box overlaps the edge of a large box. The boxes are separated by 0.2 mm up, or by
+        // `aside` to the side.
         let (small, large) = (cuboid(DVec3::splat(0.01)), cuboid(DVec3::splat(0.04)));
         let boxes = Features::new(&small, &large, 0.02).expect("boxes");
         let over = |aside: f64| {
@@ -443,11 +449,11 @@ mod tests {
             assert!(!found.is_empty() && found.iter().all(|contact| contact.normal.z > 0.5), "{found:?}");
         }
         let found = over(2.5e-4);
-        assert!(found.is_none(), "as far up as aside: {found:?}");
+        assert!(found.is_none(), "up and aside are equally far: {found:?}");
     }
 
     #[test]
-    fn deeper_than_half_a_wall_there_is_no_answer() {
+    fn contact_deeper_than_half_a_wall_is_none() {
         let pose = Pose { translation: DVec3::Z * 0.0195, ..turned(DQuat::IDENTITY, 0.0) };
         assert!(boxes().contacts(&pose, 1e-5).is_none());
     }

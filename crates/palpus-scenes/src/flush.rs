@@ -1,8 +1,9 @@
-//! Scenes of two parts that fit into each other with flush faces, and are twisted against each
-//! other. The scenes have parameters.
+//! Scenes with two parts that fit into each other with flush faces. The hand twists one part
+//! against the other. The scenes have parameters.
 //!
-//! Every case has the same times. The part moves to its held position. It rests there from
-//! [`REST_START`] to [`REST_END`], turned by more than its play allows, and then goes back.
+//! The times are equal in all cases. The part moves to its held position. The hand holds the part
+//! there from [`REST_START`] to [`REST_END`], with a larger rotation than the play allows. Then the
+//! part goes back.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -14,9 +15,9 @@ use crate::scene::{ContactSettings, Scene};
 use crate::shape::{self, ChannelSection, KEY_SIDE, KEY_TIP, PEG_TIP, SQUARE_PEG};
 use crate::{HandPath, Key};
 
-/// Time from which the hand holds still with the part turned, s.
+/// Time at which the hand stops with the turned part, s.
 pub const REST_START: f64 = 1.8;
-/// Time until which the hand holds still, s.
+/// Time at which the hand moves again, s.
 pub const REST_END: f64 = 3.8;
 
 /// The two parts that fit into each other.
@@ -36,7 +37,7 @@ impl Fit {
     /// All fits.
     pub const ALL: [Self; 4] = [Self::Slot, Self::Drawer, Self::Key, Self::Peg];
 
-    /// The name of the built-in scene.
+    /// Returns the name of the built-in scene.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Slot => "slot",
@@ -46,7 +47,7 @@ impl Fit {
         }
     }
 
-    /// Returns one line for a list.
+    /// Returns a summary in one line, for a list.
     pub const fn summary(self) -> &'static str {
         match self {
             Self::Slot => "a 2 mm plate is twisted in a slot of 2.2 mm: two flush faces on each side",
@@ -68,7 +69,7 @@ impl Fit {
     }
 
     /// Returns a force of `newtons` that presses the part sideways against a wall, as a wrench
-    /// about the grip. It acts in the middle of the faces that touch, so the part does not tip
+    /// about the grip. The force acts in the middle of the touching faces, so the part does not tip
     /// over.
     pub fn weight(self, newtons: f64) -> Wrench {
         let (direction, place) = match self {
@@ -98,15 +99,19 @@ pub struct FlushCase {
     pub tolerance: f64,
 }
 
-/// Side lengths of the plate and of the drawer, m.
+/// Side lengths of the plate, m.
 const PLATE: DVec3 = DVec3::new(0.050, 0.002, 0.040);
+/// Side lengths of the drawer, m.
 const DRAWER: DVec3 = DVec3::new(0.060, 0.040, 0.020);
-/// Length of the slot and of the drawer's frame, m.
+/// Length of the slot, m.
 const SLOT_LENGTH: f64 = 0.080;
+/// Length of the drawer's frame, m.
 const FRAME_LENGTH: f64 = 0.050;
 /// Thickness of the walls of the drawer's frame and of the blocks with holes, m.
 const WALL: f64 = 0.010;
+/// Height of the block with the key's hole, m.
 const KEY_BLOCK_HEIGHT: f64 = 0.012;
+/// Height of the block with the peg's hole, m.
 const PEG_BLOCK_HEIGHT: f64 = 0.025;
 
 impl FlushCase {
@@ -161,7 +166,8 @@ impl FlushCase {
         ChannelSection { half_gap: PLATE.y / 2.0 + self.play, half_width: 0.015, floor: -0.022, bottom: -0.030 }
     }
 
-    /// Returns the side lengths of the hole, m. For the drawer's frame they are across x.
+    /// Returns the side lengths of the hole, m. For the drawer's frame, these are perpendicular to
+    /// x.
     fn hole(&self) -> DVec2 {
         let part = match self.fit {
             Fit::Slot => DVec2::ZERO,
@@ -183,8 +189,8 @@ impl FlushCase {
 
     fn keys(&self) -> Vec<Key> {
         let at = |place: DVec3, axis: DVec3, turn: f64| Pose::new(DQuat::from_axis_angle(axis, turn), place);
-        // The poses: free in the play, then turned and shifted a little sideways, as a person would
-        // lean.
+        // Two poses: free in the play, and turned and shifted a little sideways, as a person would
+        // press.
         let (free, held, axis) = match self.fit {
             Fit::Slot => (DVec3::new(0.0, 0.0, -0.0005), DVec3::new(0.002, 0.0, -0.0005), DVec3::Z),
             Fit::Drawer => (DVec3::new(-0.015, 0.0, 0.0), DVec3::new(-0.025, 0.001, 0.0005), DVec3::Y),

@@ -4,11 +4,11 @@
 //!   and the same on every call.
 //! * [`HandPath`] — scripted hand motions: pure functions from time to the pose that the operator
 //!   intends. [`Wander`] — an endless motion. [`tour`] — a path over two arbitrary bodies.
-//! * [`flush`] — parts that fit into each other with flush faces. [`overlap`] — how deep two solids
-//!   really overlap.
-//! * [`sweep`] — how deep contact with a body can be felt, and how accurately.
-//! * [`truth`] — the true contacts of scenes for which they are known in closed form.
-//!   [`refined`] — the true contacts of scenes with several contacts or curved surfaces.
+//! * [`flush`] — parts that fit into each other with flush faces. [`overlap`] — the true overlap of
+//!   two solids.
+//! * [`sweep`] — the depth to which contact with a body persists, and its error.
+//! * [`truth`] — the true contacts of scenes in which formulas give the contacts. [`refined`] — the
+//!   true contacts of scenes with several contacts or curved surfaces.
 //! * [`scenes`], [`trials`], [`scene`] — the built-in scenes by name: a probe, an environment, the
 //!   contact settings and the motion of the hand.
 

@@ -1,26 +1,27 @@
-//! How deep two solids really overlap, measured with samples of both surfaces and without the
-//! engine's contacts.
+//! The true overlap of two solids, measured with samples of both surfaces and without the engine's
+//! contacts.
 //!
 //! 1. Sample each surface: its vertices, points along its edges, and the centroids of its
 //!    triangles.
-//! 2. A sample of one solid counts if it lies inside the other solid, according to the winding
-//!    number. It counts with its distance to the other surface.
+//! 2. For each sample inside the other solid (by the winding number), compute its distance to that
+//!    solid's surface. The overlap is the largest distance.
 //! 3. Along edges that enter the other solid, refine the deepest point between the samples.
 //!
-//! The result is a lower bound of the overlap. It misses a crossing of two edges that is shallower
-//! than the spacing of the samples.
+//! The result is a lower bound of the overlap. Samples miss a crossing of two edges that is
+//! shallower than the spacing of the samples.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::body::{Mesh, MeshError, PolygonSoup, TriangleTree};
 
-/// Maximum number of samples along the edges of one mesh. It bounds the time for fine meshes.
+/// Maximum number of samples along the edges of one mesh. The limit bounds the time for fine
+/// meshes.
 const MOST_SAMPLES: f64 = 40_000.0;
-/// Largest distance between samples along an edge, m. It is larger if the mesh would need more than
+/// Distance between samples along an edge, m; larger if the mesh would need more than
 /// [`MOST_SAMPLES`].
 const SPACING: f64 = 0.25e-3;
-/// Number of steps of the search for the deepest point of an edge. Each step leaves 0.62 of the
-/// interval.
+/// Number of steps of the search for the deepest point of an edge. Each step shortens the interval
+/// to 0.62 of its length.
 const REFINEMENTS: usize = 20;
 
 /// A closed surface with its samples.
@@ -69,7 +70,7 @@ impl SampledSolid {
         self.tree.nearest_within(p, far).map_or(far, |near| near.distance)
     }
 
-    /// Returns how deep `p` lies in the solid, m. 0 if outside.
+    /// Returns the depth of `p` in the solid, m; 0 if outside.
     fn depth(&self, p: DVec3) -> f64 {
         if !(self.tree.bounds().holds(p) && self.tree.inside(p)) {
             return 0.0;
@@ -77,8 +78,8 @@ impl SampledSolid {
         self.tree.nearest(p).map_or(0.0, |near| near.distance)
     }
 
-    /// Returns how deep the deepest sample of `other` lies in this solid, m. `pose` places `other`
-    /// in this solid's frame.
+    /// Returns the largest depth of a sample of `other` in this solid, m. `pose` places `other` in
+    /// this solid's frame.
     fn deepest_of(&self, other: &Self, pose: &Pose) -> f64 {
         let mut deepest = other.points.iter().map(|&p| self.depth(pose.point(p))).fold(0.0, f64::max);
         let bounds = self.tree.bounds();
@@ -119,7 +120,7 @@ fn refined(at: &impl Fn(f64) -> f64, place: f64, end: f64) -> f64 {
     at(0.5 * (low + high))
 }
 
-/// Returns how deep the solids `a` and `b` overlap, m. 0 if they are apart. `pose_ba` places `a` in
+/// Returns the overlap of the solids `a` and `b`, m; 0 if they are apart. `pose_ba` places `a` in
 /// b's frame.
 pub fn overlap(a: &SampledSolid, b: &SampledSolid, pose_ba: &Pose) -> f64 {
     b.deepest_of(a, pose_ba).max(a.deepest_of(b, &pose_ba.inverse()))

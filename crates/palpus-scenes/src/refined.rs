@@ -1,11 +1,11 @@
-//! True contacts of scenes with several contacts or curved surfaces. They follow from formulas of
-//! the surfaces that the meshes approximate, or from an exhaustive search over the features of the
-//! meshes (`Features`).
+//! True contacts of scenes with several contacts or curved surfaces. The contacts come from
+//! formulas of the surfaces that the meshes approximate, or from an exhaustive search over the
+//! features of the meshes (`Features`).
 //!
 //! * `rails`: the contacts of the knife's edge with the two ridges.
 //! * `torus-torus`: the local minima of the distance between two circles, minus the radii of the
 //!   two tubes.
-//! * `intestine`: a ball, and the local minima of its distance to the lumen, whose radius is a
+//! * `intestine`: the local minima of the distance between a ball and the lumen, whose radius is a
 //!   formula along the centre line.
 //! * `spoon-cup`, `peg-hole`, `nut-bolt`: all pairs of features of the two meshes.
 //!
@@ -25,9 +25,9 @@ use crate::shape::{
 };
 use crate::truth::TrueContact;
 
-/// Number of samples along a circle or a centre line. They bracket the local minima.
+/// Number of samples along a circle or a centre line, which bracket the local minima.
 const SAMPLES: usize = 1440;
-/// Number of halvings of a bracket. Afterwards it is 1e-12 of the line.
+/// Number of halvings of a bracket. The last bracket is 1e-12 of the line.
 const HALVINGS: usize = 30;
 
 /// The true contacts of one scene.
@@ -43,7 +43,7 @@ enum Law {
 }
 
 impl Refined {
-    /// The contacts of `scene`, if they are known.
+    /// Returns the contacts of `scene`, if they are known.
     pub fn of(scene: &Scene) -> Option<Self> {
         // `wall` is the thickness of the thinnest wall that contacts enter, m.
         let features =
@@ -61,9 +61,9 @@ impl Refined {
         Some(Self(law))
     }
 
-    /// Returns the contacts with a separation below `reach` (m), with the probe placed by `pose`.
-    /// `None` if they are ambiguous: a contact is deeper than half a wall, so that the shorter way
-    /// out may lead to the other side, or the pairs of features do not explain the overlap.
+    /// Returns the contacts with a separation below `reach` (m) for the probe at `pose`. `None` in
+    /// two cases: a contact is deeper than half a wall, so the nearest surface may be on the other
+    /// side; or the pairs of features do not explain the overlap.
     pub fn contacts(&self, pose: &Pose, reach: f64) -> Option<Vec<TrueContact>> {
         let mut found = match &self.0 {
             Law::Rails => knife_on_ridges(pose),
@@ -87,7 +87,7 @@ fn knife_on_ridges(pose: &Pose) -> Vec<TrueContact> {
 }
 
 /// Returns the point of a circle that is nearest to `p`. The circle lies about `center` in the
-/// plane of the last two vectors (unit, at a right angle).
+/// plane of the vectors u and v (unit and perpendicular).
 fn nearest_on_circle(p: DVec3, center: DVec3, [u, v]: [DVec3; 2], radius: f64) -> DVec3 {
     let (x, y) = ((p - center).dot(u), (p - center).dot(v));
     let length = x.hypot(y);
@@ -150,13 +150,14 @@ fn lowest(at: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Returns the force and torque about `grip` of contacts of unit stiffness. Contacts push below the
-/// separation `skin` (m).
+/// Returns the force and torque about `grip` of contacts with unit stiffness. Contacts push below
+/// the separation `skin` (m).
 ///
-/// A contact with the engagement w = `skin` − separation pushes with w · max κw′ / Σ κw′ over all
-/// contacts, where κ is the square of the cosine between the directions and 0 beyond a right angle.
-/// So contacts with one direction together have the force of the deepest of them, and contacts at a
-/// right angle do not affect each other. The torque is `None` if a contact's point is not known.
+/// A contact with the engagement w = `skin` − separation pushes with w · max κw′ / Σ κw′. The
+/// maximum and the sum run over all contacts. κ is the square of the cosine between the directions,
+/// and 0 beyond 90°. So contacts with one direction have together the force of the deepest contact,
+/// and contacts at 90° do not affect each other. The torque is `None` if a contact's point is
+/// unknown.
 pub fn push(contacts: &[TrueContact], skin: f64, grip: DVec3) -> (DVec3, Option<DVec3>) {
     let engaged = |contact: &TrueContact| (skin - contact.separation).max(0.0);
     let mut sum = Wrench::ZERO;
@@ -214,9 +215,10 @@ mod tests {
     }
 
     #[test]
-    fn ball_in_a_straight_row_is_as_deep_as_it_was_put() {
+    fn ball_in_a_straight_row_has_the_intended_depth() {
         let (gut, scene) = refined("intestine");
-        // The radius is largest in the middle of a haustrum, half way between two narrow places.
+        // The radius is largest in the middle of a haustrum, which is a bulge between two narrow
+        // places.
         let line = CenterLine;
         let u = 1.5 * 0.033 / line.length();
         let (level, _) = line.across(u);

@@ -16,16 +16,15 @@ use crate::HandPath;
 pub struct Scene {
     /// Name of the scene, by which it is selected.
     pub name: &'static str,
-    /// One line for a list.
+    /// Summary in one line, for a list.
     pub summary: &'static str,
-    /// Body a, m. It is held at its origin.
+    /// Shape of body a, m. The hand holds it at its origin.
     pub probe: PolygonSoup,
     /// Body b, m.
     pub environment: PolygonSoup,
     /// Contact settings between the probe and the environment.
     pub contact: ContactSettings,
-    /// Pose of the probe when the scene starts. It is free of contact; only a chain link starts
-    /// inside its neighbour.
+    /// Pose of the probe when the scene starts. It has no contact with the environment.
     pub start: Pose,
     /// Motion of the scripted hand. `path.pose(0.0)` equals `start`.
     pub path: HandPath,
@@ -38,20 +37,20 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// True if the scene has no bodies except the probe and the environment.
+    /// Returns true if the scene has no bodies except the probe and the environment.
     pub fn is_of_two_bodies(&self) -> bool {
         self.second.is_none() && self.objects.is_empty()
     }
 }
 
-/// A body that is not held by a hand.
+/// A body that no hand holds.
 #[derive(Clone, Debug)]
 pub struct Object {
     /// Shape of the object, m. Equal objects of one scene share it.
     pub shape: Arc<PolygonSoup>,
     /// Pose of the object when the scene starts.
     pub start: Pose,
-    /// How it moves.
+    /// How the object moves.
     pub motion: Motion,
 }
 
@@ -70,7 +69,7 @@ pub enum Motion {
 /// A second probe, which another hand holds.
 #[derive(Clone, Debug)]
 pub struct SecondTool {
-    /// Shape of the probe, m. It is held at its origin.
+    /// Shape of the probe, m. The hand holds it at its origin.
     pub probe: PolygonSoup,
     /// Pose of the probe when the scene starts, free of contact.
     pub start: Pose,
@@ -81,7 +80,7 @@ pub struct SecondTool {
 /// Contact settings of two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactSettings {
-    /// Contact tolerance, t of \[K02\], m: a contact exists if the separation is below it.
+    /// Contact tolerance, t of \[K02\], m: a contact exists below this separation.
     pub tolerance: f64,
     /// Cluster radius, δ of \[K02\], m.
     pub cluster_radius: f64,

@@ -1,14 +1,14 @@
-//! A path for two arbitrary bodies on which one touches the other at many places. It needs only a
-//! start pose.
+//! A path on which one body touches another body at many places. A start pose is enough to compute
+//! it for any two bodies.
 //!
 //! 1. Move from the start toward the nearest point of the other body until they touch (conservative
 //!    advancement: a motion by the nearest distance never passes through the surface).
 //! 2. Lift off along the normal, move sideways and rotate a little, by random amounts from a seed.
-//!    Then move in again to the next place of contact. Reject moves on which the bodies would
+//!    Then move in again to the next place of contact. Reject motions on which the bodies would
 //!    collide.
 //! 3. At every place, press the probe in by a few tolerances, slide it sideways and lift it.
 //!
-//! The path is a random walk over the surface. It works inside a hollow as well as outside.
+//! The path is a random walk over the surface, inside a hollow or outside.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use palpus::detect::{ContactQuery, QuerySettings};
 
 use crate::path::{HandPath, Key};
 
-/// Number of places of contact. They give a path of several minutes.
+/// Number of places of contact, for a path of several minutes.
 const PLACES: usize = 40;
 /// Number of attempts to find the next place before the walk ends.
 const TRIES: usize = 30;
@@ -37,16 +37,16 @@ const RUB: f64 = 4.0;
 const SPEED: f64 = 0.04;
 /// Shortest time between two keys, s.
 const SHORTEST: f64 = 0.25;
-/// Maximum number of steps of an advance. It converges linearly, so a grazing advance may be cut
-/// short.
+/// Maximum number of steps of an advance. The advance converges linearly, so a grazing advance may
+/// end early.
 const MOST_ADVANCES: usize = 200;
 /// Gap that counts as contact, in tolerances.
 const TOUCHING: f64 = 0.1;
 /// Number of intervals at whose ends a motion is tested for collision.
 const LOOKS: usize = 6;
 
-/// Returns a path of `a` in b's frame over places where the two touch, starting at `start`. The
-/// same seed gives the same path. `None` if `a` does not reach `b` from `start`.
+/// Returns a path of `a` in b's frame, from `start` over places where the bodies touch. The same
+/// seed gives the same path. `None` if `a` does not reach `b` from `start`.
 pub fn tour(a: &Arc<Body>, b: &Arc<Body>, start: Pose, tolerance: f64, seed: u64) -> Option<HandPath> {
     let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
     let query = ContactQuery::new(a.clone(), b.clone(), settings);
@@ -124,7 +124,7 @@ impl Walk {
         (self.is_free(&over, &next.lifted) && self.is_free(&place.lifted, &next.lifted)).then_some(next)
     }
 
-    /// True if the bodies are apart on the motion from one pose to another.
+    /// Returns true if the bodies are apart on the motion from one pose to another.
     fn is_free(&mut self, from: &Pose, to: &Pose) -> bool {
         (0..=LOOKS).all(|k| {
             let part = k as f64 / LOOKS as f64;
@@ -134,7 +134,7 @@ impl Walk {
         })
     }
 
-    /// Adds the motion to the place, in, sideways and off again.
+    /// Adds keys that move to the place, press the probe in, slide it sideways, and lift it.
     fn press(&mut self, keys: &mut Vec<Key>, place: &Place) {
         let deep = self.tolerance * self.random.between(PRESS[0], PRESS[1]);
         let aside = place.normal.cross(self.vector()).normalize_or(place.normal.any_orthonormal_vector());

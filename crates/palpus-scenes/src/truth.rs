@@ -1,12 +1,12 @@
-//! True contacts of scenes for which they are known in closed form. They are the reference for
-//! rendered forces.
+//! True contacts of scenes, computed by formulas. These contacts are the reference for rendered
+//! forces.
 //!
 //! * `pen-sphere`: the pen's point against the ideal sphere that the mesh approximates.
 //! * `v-groove`: the corners of the ball's mesh against the two walls, which are planes. The forces
-//!   act through its centre, because the ball represents a round body.
+//!   act through the ball's centre, because the mesh represents a round body.
 //! * `box-tilt`, `box-edge`, `box-rest`: the lowest corner of the box against the table's top. The
 //!   force on a flat box acts at the middle of the part of its face over the table. For a tilted
-//!   box there is no agreed point.
+//!   box, the point is not defined.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -24,7 +24,7 @@ pub struct TrueContact {
     pub point: Option<DVec3>,
     /// Unit vector from the environment into the probe.
     pub normal: DVec3,
-    /// Distance, m. Negative where the bodies overlap.
+    /// Distance, m; negative where the bodies overlap.
     pub separation: f64,
 }
 
@@ -84,8 +84,8 @@ impl Truth {
         found.into_iter().flatten()
     }
 
-    /// Returns every contact, at any distance, that the probe at `pose` may get when it yields a
-    /// little. Each has a point. A tool on springs rests on these contacts.
+    /// Returns every contact, at any distance, that the probe at `pose` may get after a small
+    /// motion. Each contact has a point. A tool on springs rests on these contacts.
     pub fn supports(&self, pose: &Pose) -> Vec<TrueContact> {
         let at = |point: DVec3| TrueContact { point: Some(point), normal: DVec3::Z, separation: point.z };
         match self.law {

@@ -1,9 +1,9 @@
-//! Tests that contact normals are normals of the meshes and not of the hulls of their pieces, and
-//! that no contact is lost because of that.
+//! Tests that contact normals are normals of the meshes and not of the hulls of their pieces,
+//! and that this rule loses no contact.
 //!
 //! The oracle uses only the mesh, the normals of its triangles, and the mesh triangles of each
-//! piece. Limitation: if a depth lies on a face or an edge, it only tests whether the piece has
-//! such a normal there, not whether the witness lies next to it.
+//! piece. Limitation: for a depth on a face or an edge, the oracle only tests whether the piece has
+//! the normal. It does not test whether the triangle with this normal is near the witness point.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -14,11 +14,11 @@ use palpus::body::{Body, BodySettings, EdgeKind, Feature, PolygonSoup};
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus_scenes::{Scene, scenes};
 
-/// Largest deviation of a normal from the mesh's normals, rad. It allows for planes bent by the few
-/// digits of a file, and for the engine's slack.
+/// Largest deviation of a normal from the mesh's normals, rad. The value covers rounding of
+/// coordinates in files and the engine's tolerance.
 const ANGLE: f64 = 2e-3;
 
-/// Distance at which a point counts as on a triangle, relative to the body's size.
+/// A point nearer than this counts as on a triangle, relative to the body's size.
 const NEAR: f64 = 1e-6;
 
 /// Number of poses along each scene's path.
@@ -56,7 +56,7 @@ fn halves<'b>(a: &'b Body, b: &'b Body, place: &Placement, contact: &Contact) ->
 }
 
 impl<'b> Half<'b> {
-    /// Returns the same side with its point at a vertex of the piece.
+    /// Returns this side with its point at a vertex of the piece.
     fn at_vertex(&self, v: u32) -> Half<'b> {
         let point = self.body.polytopes()[self.piece as usize].vertex(v);
         Half { body: self.body, piece: self.piece, feature: self.feature, point, outward: self.outward }
@@ -66,13 +66,13 @@ impl<'b> Half<'b> {
         self.body.pieces()[self.piece as usize].triangles()
     }
 
-    /// True if a triangle of the piece has this normal.
+    /// Returns true if a triangle of the piece has this normal.
     fn has_normal(&self) -> bool {
         self.patch().iter().any(|&t| self.body.mesh().triangle_normal(t).angle_between(self.outward) < ANGLE)
     }
 
-    /// True if a mesh edge of the piece lies along the edge of its hull, and the normal is between
-    /// the normals of the edge's triangles.
+    /// Returns true if a mesh edge of the piece lies along the edge of its hull, and the normal is
+    /// between the normals of the edge's triangles.
     fn has_arc(&self, edge: u32) -> bool {
         let (mesh, half_edges) = (self.body.mesh(), self.body.half_edges());
         let polytope = &self.body.polytopes()[self.piece as usize];
@@ -102,8 +102,9 @@ impl<'b> Half<'b> {
         })
     }
 
-    /// True if the point lies on a triangle of the mesh with this normal. Also true if no part of
-    /// the mesh near the point rises along the normal, and some triangle there faces its side.
+    /// Returns true if the point lies on a triangle of the mesh with this normal. Also returns true
+    /// if no part of the mesh near the point rises along the normal, and a triangle there faces
+    /// along the normal.
     fn is_locally_nearest(&self) -> bool {
         let mesh = self.body.mesh();
         let near = NEAR * self.body.size();
@@ -127,7 +128,7 @@ impl<'b> Half<'b> {
     }
 }
 
-/// True if `q` is within `near` of the triangle.
+/// Returns true if `q` is within `near` of the triangle.
 fn touches(p: [DVec3; 3], q: DVec3, near: f64) -> bool {
     let (low, high) = (p[0].min(p[1]).min(p[2]), p[0].max(p[1]).max(p[2]));
     if (low - q).max(q - high).max_element() > near {
@@ -161,13 +162,13 @@ fn violation(a: &Body, b: &Body, place: &Placement, contact: &Contact) -> Option
 struct Tally {
     seen: usize,
     wrong: Vec<String>,
-    /// Number of poses at which the bodies overlap only along normals that one of them does not
-    /// have, or whose depths were rejected. The only contact is then a vector to the nearest
+    /// Number of poses at which the bodies overlap, but all depths were rejected or have a
+    /// normal that one of the meshes lacks. The only contact is then the vector to the nearest
     /// surface point.
     rescued: usize,
     /// Number of poses at which the bodies are apart by less than the tolerance.
     apart: usize,
-    /// Poses among these at which the nearest pair of points is not among the contacts.
+    /// Poses counted in `apart` at which the nearest pair of points is not among the contacts.
     lost: Vec<String>,
 }
 
@@ -239,14 +240,14 @@ fn spot(body: &Body, random: &mut Random) -> (DVec3, DVec3) {
     (p + (q - p) * u + (r - p) * v, mesh.triangle_normal(t))
 }
 
-/// Returns a pose at which the bodies overlap at some place by at most `depth`.
+/// Returns a pose at which the bodies overlap at a random place by at most `depth` (m).
 fn touching(a: &Body, b: &Body, depth: f64, random: &mut Random) -> Pose {
     let ((p, n), (q, m)) = (spot(a, random), spot(b, random));
     let rotation = DQuat::from_axis_angle(m, TAU * random.unit()) * DQuat::from_rotation_arc(n, -m);
     Pose::new(rotation, q - rotation * p + m * (depth * (2.0 * random.unit() - 1.0)))
 }
 
-/// Pairs of real models that have about the same size in their units.
+/// Pairs of real models of about equal size in their units.
 const PAIRS: [[&str; 2]; 4] = [
     ["paper/teaspoon_336.obj", "paper/teacup_500.obj"],
     ["parts/low_poly_bunny.obj", "parts/chess_knight_1000.obj"],

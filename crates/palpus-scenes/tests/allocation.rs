@@ -1,4 +1,4 @@
-//! No step of any scene allocates memory, with any settings.
+//! Tests that no step of any scene allocates memory, with several settings.
 
 use std::sync::Arc;
 
@@ -17,10 +17,10 @@ fn body(soup: &PolygonSoup) -> Arc<Body> {
     Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a scene's mesh is a valid body"))
 }
 
-/// Number of ticks of each variant, divided over coherent parts of the scene's path.
+/// Number of ticks of each variant, in several continuous parts of the scene's path.
 const TICKS: u32 = 600;
 const STRETCHES: u32 = 6;
-/// Units of work: too few for any scene.
+/// Work limit in units of work, too small for any scene.
 const HURRY: u64 = 40;
 
 #[test]

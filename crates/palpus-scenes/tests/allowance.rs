@@ -1,5 +1,5 @@
-//! Steps with limited work. Forces must stay finite, bounded, continuous and near the full result,
-//! and must catch up with it.
+//! Tests steps with limited work. Forces must stay finite, bounded, continuous and near the full
+//! result, and must reach the full result when the motion stops.
 
 mod bodies;
 
@@ -21,19 +21,23 @@ struct Outcome {
     late: u32,
     held: u32,
     unseen: u32,
-    /// Largest force of the full result, largest difference from it, and mean difference, N.
+    /// Largest force of the full result, N.
     most: f64,
+    /// Largest difference from the full result, N.
     worst: f64,
+    /// Mean difference from the full result, N.
     mean: f64,
-    /// Largest change of the force from tick to tick, with and without the limit, N.
+    /// Largest change of the force from tick to tick with the limit, N.
     jump: f64,
+    /// Largest change of the force from tick to tick without the limit, N.
     full_jump: f64,
-    /// Number of contacts of the full result. Then the number of them that the limited result
-    /// lacks, and the number that its reported unseen separation does not cover either.
+    /// Number of contacts of the full result.
     contacts: u32,
+    /// Number of contacts that the limited result lacks.
     lacking: u32,
+    /// Number of lacking contacts that are nearer than the reported unseen separation.
     missing: u32,
-    /// Largest excess of a reported separation over the true one, m.
+    /// Largest excess of a reported separation over the true separation, m.
     too_far: f64,
 }
 
@@ -43,7 +47,7 @@ fn compare_contacts(tick: &Tick, full: &Tick, outcome: &mut Outcome) {
         outcome.contacts += 1;
         let same = |held: &&Contact| (held.piece_a, held.piece_b) == (contact.piece_a, contact.piece_b);
         match tick.contacts.iter().find(same) {
-            // For overlapping pieces, both results are depths along normals, which may differ.
+            // For overlapping pieces, the two results may be depths along different normals.
             Some(held) if contact.separation > 0.0 => {
                 outcome.too_far = outcome.too_far.max(held.separation - contact.separation);
             }
@@ -58,12 +62,13 @@ fn compare_contacts(tick: &Tick, full: &Tick, outcome: &mut Outcome) {
 
 fn compare(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, work: u64, poses: &[Pose]) -> Outcome {
     let limits = Limits { force: f64::INFINITY, torque: f64::INFINITY };
-    // Single linkage is never continuous. Without it, forces differ by as much as contacts do.
+    // Single linkage is not continuous. Without linkage, forces differ only as much as contacts
+    // differ.
     let settings = Settings { limits, cluster_radius: 0.0, ..settings };
     let mut full = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
     let mut hurried = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
     hurried.allow(Some(work));
-    // The first step starts at the roots of the hierarchies. This is not part of the comparison.
+    // The first step starts at the roots of the hierarchies, so it is not compared.
     for _ in 0..400 {
         hurried.step(&ProbeState::at(poses[0]), 1e-3, &NoClock);
     }
@@ -145,14 +150,14 @@ fn tool_waits_for_pairs_not_yet_queried() {
             deepest = judge.contacts(&tick.tool_ba).iter().fold(deepest, |most, contact| most.max(-contact.separation));
         }
         assert!(late > 3 && waited > 3, "{name}: {late} late, {waited} waited");
-        // Measured: 0.07 mm in the hole, where the tool slowly continues along the wall. In the
-        // other scenes there is no overlap.
+        // The measured depth is 0.07 mm in the hole, where the tool slowly continues along the
+        // wall. In the other scenes there is no overlap.
         assert!(deepest < 1e-4, "{name}: {deepest} m deep");
     }
 }
 
 #[test]
-fn armadillo_with_a_third_of_the_work() {
+fn armadillo_keeps_its_force_with_a_third_of_the_work() {
     let models = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models/paper"));
     let read = |name: &str| obj(&models.join(name));
     let (Ok(a), Ok(b)) = (read("armadillo_31240.obj"), read("intestine_colon_male_24846.obj")) else { return };
@@ -183,14 +188,15 @@ fn armadillo_with_a_third_of_the_work() {
     assert_near(&outcome, "the armadillo");
 }
 
-/// Asserts the guaranteed figures. The errors measured in the scenes, relative to the largest force, are
-/// 0.13 at most and 0.010 on average; there the work is enough for a few pairs. On the armadillo,
-/// where it is enough for a third of 140 pairs, they are 0.04 at most and 0.006 on average.
+/// Asserts the guaranteed bounds. In the scenes, where the work suffices for a few pairs, the
+/// measured errors are 0.13 at most and 0.010 on average, relative to the largest force. On the
+/// armadillo, where the work suffices for a third of 140 pairs, they are 0.04 at most and 0.006 on
+/// average.
 ///
 /// A contact is lacking if it has moved to a neighbouring piece since its pair was queried (9 % in
-/// the cup); the contact of that neighbour is usually present. Up to 7 % count as missing: the
-/// fewer pairs are postponed, the larger the reported unseen separation. A separation is too large
-/// if the contact's points have slid along a tilted face.
+/// the cup). Usually that neighbour's contact is present. Up to 7 % of the contacts are lacking and
+/// also nearer than the reported unseen separation. A separation is too large if the contact's
+/// points have slid along a tilted face.
 fn assert_near(outcome: &Outcome, what: &str) {
     assert!(outcome.worst <= 0.2 * outcome.most, "{what}: {outcome:?}");
     assert!(outcome.mean <= 0.02 * outcome.most, "{what}: {outcome:?}");

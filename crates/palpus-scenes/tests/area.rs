@@ -1,12 +1,11 @@
-//! Tests that stiffness acts per contact area and not per contact: a finer mesh of the same surface
-//! pushes as the coarse one does.
+//! Tests that stiffness does not depend on the number of contacts: a finer mesh of the same surface
+//! pushes like the coarse mesh.
 //!
-//! There are two kinds of refinement, by four and by sixteen. *Cut* meshes have the same surface,
-//! with every triangle divided into four. The forces must not change, however the engine treats
-//! coplanar triangles. *Finer* meshes sample the same smooth surface more densely. Then the surface
-//! itself moves by the height of the coarse mesh's arcs. So forces are compared for the same
-//! deepest engagement, in direction and magnitude. Most of the remaining difference comes from the
-//! normals of the facets.
+//! There are two kinds of refinement, with four and sixteen times the triangles. *Cut* meshes have
+//! the same surface, with every triangle divided into four. The forces must not change, however the
+//! engine treats coplanar triangles. *Finer* meshes sample the same smooth surface more densely.
+//! Then the surface itself moves a little, so forces are divided by the deepest engagement before
+//! they are compared. Most of the remaining difference comes from the normals of the facets.
 
 mod bodies;
 
@@ -103,7 +102,8 @@ fn waves(cells: u32, length: f64, height: f64) -> PolygonSoup {
     PolygonSoup::from_triangles(vertices, &triangles)
 }
 
-/// A motion of a probe over a ground. Both exist with one, four and sixteen times the triangles.
+/// A motion of a probe over a ground. Both bodies exist with one, four and sixteen times the
+/// triangles.
 struct Case {
     name: &'static str,
     probes: Vec<Arc<Body>>,
@@ -116,7 +116,7 @@ fn case(name: &'static str, probes: &[Arc<Body>], grounds: &[Arc<Body>], path: f
     Case { name, probes: probes.to_vec(), grounds: grounds.to_vec(), path }
 }
 
-/// Returns how deep the probe is pressed in, m. The full depth is reached in the second half.
+/// Returns the depth of the probe, m. The full depth is reached in the second half of the motion.
 fn pressed(s: f64, millimetres: f64) -> f64 {
     1e-3 * millimetres * (2.0 * s).min(1.0)
 }
@@ -125,7 +125,7 @@ fn bodies(soups: impl IntoIterator<Item = PolygonSoup>) -> Vec<Arc<Body>> {
     soups.into_iter().map(|soup| body(&soup)).collect()
 }
 
-/// Returns `levels` bodies: the soup, and then each previous one with its triangles divided into
+/// Returns `levels` bodies: the soup, and then each previous body with its triangles divided into
 /// four.
 fn cuts(soup: PolygonSoup, levels: usize) -> Vec<Arc<Body>> {
     bodies(std::iter::successors(Some(soup), |last| Some(cut_in_four(last))).take(levels))
@@ -215,8 +215,7 @@ fn felt(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, path: fn(f64) -> Pose)
         .collect()
 }
 
-/// Relative change of the force from one level of refinement to the next. With `fairly`, forces are
-/// divided by the deepest engagement first.
+/// Relative change of the force from one level of refinement to the next.
 #[derive(Debug)]
 struct Change {
     mean: f64,

@@ -1,5 +1,5 @@
-//! Tests that caching overlaps without an admissible normal saves walks and does not change the
-//! results.
+//! Tests that cached data about overlaps without an admissible normal saves walks and does not
+//! change the results.
 
 mod bodies;
 

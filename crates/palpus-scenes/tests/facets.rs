@@ -1,5 +1,5 @@
-//! Friction over the facets of a shaded surface: the friction force on a ball that slides over a
-//! faceted ball must stay steady.
+//! Tests friction over the facets of a shaded surface: the friction force on a ball that slides
+//! over a faceted ball must stay steady.
 
 mod bodies;
 
@@ -15,7 +15,7 @@ const TICK: f64 = 1e-3;
 const RADII: [f64; 2] = [0.008, 0.05];
 /// Sliding speed, m/s.
 const SPEED: f64 = 0.1;
-/// Depth of the device beyond the first contact, m.
+/// Distance that the device moves on after the first contact, m.
 const PRESSED: f64 = 1.5e-3;
 const DYNAMIC: f64 = 0.3;
 

@@ -28,10 +28,10 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 fn settings(clustering: Clustering) -> Settings {
     Settings {
         clustering,
-        // The block stands at the upper end of the tolerance above the ground. If it sank in, the
-        // sides of the rails would catch it.
+        // The block rests above the ground, near the upper end of the tolerance. If it sank in, the
+        // sides of the rails would stop it.
         stiffness: 1600.0,
-        // A free body oscillates on the spring of its contact. A hand or a coupling would damp it.
+        // Without damping, the free body would oscillate on the spring of its contact.
         damping: 3.0,
         friction: Some(FrictionSettings {
             static_coefficient: STATIC,
@@ -47,8 +47,8 @@ fn resting(trial: &Trial, turned: f64) -> Falling {
     let above = 0.5 * SIZE.z + Settings::default().contact_tolerance;
     let pose = Pose::new(DQuat::from_rotation_z(turned), DVec3::new(-0.09, 0.0, above));
     let mut falling = Falling::new(&trial.block, &trial.ground, MASS, settings(trial.clustering), pose);
-    // A device also has such drag. Nothing else damps a block on springs. The tests switch off the
-    // drag in the direction that they measure.
+    // A device also has such drag. Without it, nothing would damp a block on springs. The tests
+    // switch off the drag in the direction that they measure.
     (falling.drag, falling.spin_drag) = (DRAG, DRAG);
     falling.run(0.5);
     falling
@@ -79,15 +79,15 @@ fn extruded(outline: &[DVec2], width: f64) -> PolygonSoup {
     soup
 }
 
-/// Returns the block on two runners, 10 mm wide. It is not convex and has a contact under each
-/// runner.
+/// Returns the block on two runners, 10 mm wide. This block is not convex and has a contact under
+/// each runner.
 fn sled() -> PolygonSoup {
     let outline = [(-30, -8), (-20, -8), (-20, 0), (20, 0), (20, -8), (30, -8), (30, 8), (-30, 8)];
     extruded(&outline.map(|(x, z)| DVec2::new(f64::from(x), f64::from(z)) * 1e-3), SIZE.y)
 }
 
-/// Returns a table with ribs along the slope, 2 mm wide and 6 mm apart. They give many contacts,
-/// but none at the long sides of the block.
+/// Returns a table with ribs along the slope, 2 mm wide and 6 mm apart. The ribs give many
+/// contacts, but no contact at the long sides of the block.
 fn rails() -> PolygonSoup {
     let mut soup = ribs();
     for v in &mut soup.vertices {
@@ -96,8 +96,8 @@ fn rails() -> PolygonSoup {
     soup
 }
 
-/// Returns the same table with the ribs across the slope. A sliding block bumps into the next rib,
-/// because the contact tolerance surrounds the rib.
+/// Returns the table of [`rails`] with its ribs across the slope. A sliding block bumps into the
+/// next rib, because the contact tolerance surrounds the rib.
 fn ribs() -> PolygonSoup {
     let mut outline = vec![DVec2::new(0.15, -0.02), DVec2::new(0.15, 0.0)];
     for k in (-24..=25).rev() {
@@ -111,7 +111,7 @@ fn ribs() -> PolygonSoup {
     extruded(&outline, 0.3)
 }
 
-/// A block, the ground under it, and the way in which contacts share their force.
+/// A block, the ground under it, and the kind of clustering.
 struct Trial {
     name: String,
     block: Arc<Body>,
@@ -119,7 +119,7 @@ struct Trial {
     clustering: Clustering,
 }
 
-/// Returns all combinations of blocks and grounds, with both ways of clustering.
+/// Returns all combinations of blocks and grounds, with both kinds of clustering.
 fn trials() -> Vec<Trial> {
     let (block, sled) = (body(&shape::cuboid(SIZE)), body(&sled()));
     let (table, rails, ribs) = (body(&shape::table()), body(&rails()), body(&ribs()));
@@ -261,8 +261,8 @@ fn spinning_block_stops_by_coulombs_law() {
     }
 }
 
-/// Returns for each second how far (m) a block at rest on an incline is from its position after the
-/// first two seconds.
+/// Returns for each second the distance (m) of a resting block on an incline from its position
+/// after the first two seconds.
 fn creep(trial: &Trial, seconds: u32) -> Vec<f64> {
     let mut falling = resting(trial, 0.3);
     tilt_to(&mut falling, 0.0, 0.35, 1.0);

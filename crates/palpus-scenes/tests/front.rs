@@ -17,11 +17,11 @@ use palpus_scenes::{Scene, scene, scenes};
 const SEED: u64 = 0xf207_7e57;
 
 /// Uncertainty of the tolerance, relative to the bodies' size. Hulls may be smaller than their
-/// bodies by the merge distance. So a distance that differs from the tolerance by less than this
-/// may count as within it or not.
+/// bodies by the merge distance. So if a distance differs from the tolerance by less than this,
+/// both results are allowed.
 const SLACK: f64 = 1e-8;
 
-/// Difference of two distance searches with different starts, relative to the bodies' size.
+/// Allowed difference of two distance searches with different starts, relative to the bodies' size.
 const ROUNDING: f64 = 1e-11;
 
 /// Number of ticks between two searches for the nearest pair.
@@ -37,7 +37,7 @@ fn sorted(mut pairs: Vec<(u32, u32, f64)>) -> Vec<(u32, u32, f64)> {
     pairs
 }
 
-/// Compares the results of both searches tick by tick.
+/// Compares the results of front tracking and full traversal tick by tick.
 struct Duel<'a> {
     a: &'a Body,
     b: &'a Body,
@@ -93,8 +93,8 @@ impl<'a> Duel<'a> {
         self.work[1] += marches;
     }
 
-    /// Compares the nearest pair with the pairs within the tolerance. If there are none, compares
-    /// it with the pairs that are slightly farther away.
+    /// Compares the nearest pair with the pairs within the tolerance. If no pair is within the
+    /// tolerance, compares it with pairs that are slightly farther away.
     fn hold_nearest(&mut self, place: &Placement, tolerance: f64, within: &[(u32, u32, f64)]) {
         if !self.ticks.is_multiple_of(NEAREST_EVERY) {
             return;
@@ -120,8 +120,8 @@ impl<'a> Duel<'a> {
     }
 }
 
-/// Moves by drift, tremor, rest and jumps. The tolerance changes, and the front is sometimes
-/// cleared.
+/// Moves the probe by drift, tremor, rest and jumps. The tolerance changes, and the front is
+/// sometimes cleared.
 fn wander(duel: &mut Duel<'_>, around: impl Fn(f64) -> Pose, tolerance: f64, ticks: usize, what: &str) {
     let mut random = Random::new(SEED);
     let reach = duel.a.size().min(duel.b.size());
@@ -132,7 +132,7 @@ fn wander(duel: &mut Duel<'_>, around: impl Fn(f64) -> Pose, tolerance: f64, tic
             phase = random.unit();
         }
         if random.below(100) == 0 {
-            // From rest and creeping to faster than a hand can move.
+            // From rest and slow motion to motion faster than a hand.
             speed = [0.0, 1e-6, 2e-4, 2e-3, 1e-2][(random.unit() * 5.0) as usize];
         }
         if random.below(60) == 0 {
@@ -199,7 +199,7 @@ fn follow(duel: &mut Duel<'_>, scene: &Scene, phase: f64, ticks: usize) {
     let start = scene.path.pose(phase * scene.path.duration());
     let scale = duel.a.size().min(duel.b.size());
     for (k, pose) in recorded.iter().take(ticks).enumerate() {
-        // The recorded hand moves away, so the motion starts again from the first pose every
+        // The recorded hand moves away, so the motion starts again at the scene's pose every
         // thousand rows.
         let back = recorded[k / 1000 * 1000].inverse() * *pose;
         let pose = Pose::new(back.rotation * start.rotation, start.translation + back.translation * scale);

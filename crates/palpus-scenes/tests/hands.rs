@@ -1,12 +1,13 @@
-//! Recorded motions of real hands as paths. The test does nothing if the recordings are absent.
+//! Tests paths from recorded motions of real hands. The test does nothing if the recordings are
+//! absent.
 
 use std::path::Path;
 
 use palpus_io::{HandFile, read_hand};
 use palpus_scenes::{HandPath, Placement};
 
-/// File names, and the largest allowed change of velocity (m/s) and angular velocity (rad/s) in one
-/// millisecond. The recordings are a person with a hand-held camera, and a person who leads a
+/// File names, and the largest allowed changes of velocity (m/s) and angular velocity (rad/s) in
+/// one millisecond. The recordings show a person with a hand-held camera, and a person who leads a
 /// robot's arm.
 const HANDS: [(&str, f64, f64); 2] =
     [("tum_fr2_desk_300hz.txt", 0.05, 0.3), ("ur_kinesthetic_teaching_500hz.csv", 0.03, 0.1)];

@@ -1,4 +1,4 @@
-//! Identities that hold for every result in every scene.
+//! Tests identities that hold for every result in every scene.
 
 mod bodies;
 
@@ -167,8 +167,8 @@ fn moving_the_scene_moves_the_wrench() {
             let wrench = here.step(&ProbeState::at(pose), 1e-3, &NoClock).commanded;
             let same: Wrench = there.step(&ProbeState::at(moved * pose), 1e-3, &NoClock).commanded;
             let expected = wrench.rotated(&moved);
-            // A flat contact has many witness points, and rounding chooses among them. So only its
-            // force is unique.
+            // A flat contact has many witness points, and rounding decides which one is used. So
+            // only its force is unique.
             let flat = name == "box-table";
             assert!((same.force - expected.force).length() < 1e-6, "{name}, {k}: {same:?}, expected {expected:?}");
             assert!(

@@ -1,4 +1,5 @@
-//! The scenes with free bodies: the effects of the scripted motions. No step may allocate memory.
+//! Tests the effects of the scripted motions in scenes with free bodies. No step may allocate
+//! memory.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -131,7 +132,7 @@ fn turntable_carries_parts_and_finger_blocks_them() {
     stage.run_until(1.0);
     let angle = |place: DVec3| place.y.atan2(place.x);
     let turned = angle(stage.place(1)) - 0.9;
-    // The speed is 0.8 rad/s. The part loses some angle while it accelerates.
+    // The turntable turns by 0.8 rad in a second. The part turns less, because it must accelerate.
     assert!((0.5..0.85).contains(&turned), "{turned} rad in a second");
     stage.run_until(7.0);
     for part in 1..5 {
@@ -170,8 +171,8 @@ fn two_fingers_put_the_nut_on_its_bolt() {
     assert!((nut - bolt).truncate().length() < 2e-3 && nut.z > begin.z + 0.01, "bolt {bolt}, nut {nut}");
 }
 
-/// Compares the step time of two worlds: one with three tools that each press on an object, and one
-/// with fifty objects and four tools, of which three press.
+/// Compares the step times of two worlds. The first world has three tools that each press on an
+/// object. The second world has fifty objects and four tools, of which three press on an object.
 #[test]
 #[ignore = "figures for the record: cost of bodies without contact"]
 #[expect(clippy::print_stdout, reason = "figures are for reading")]

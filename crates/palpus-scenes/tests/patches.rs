@@ -1,9 +1,9 @@
-//! Flush contact during motion: the torque changes no faster than springs at the corners of the
-//! overlap would change it.
+//! Tests flush contact during motion: the torque changes no faster than with springs at the
+//! corners of the overlap.
 //!
-//! The tests use direct rendering without friction, so the wrench is a function of the pose. A
-//! change of the torque is compared with the effect of the same motion on one spring with the
-//! contact stiffness, at a lever of the probe's size: |Δτ| / (motion × k × size).
+//! The tests use direct rendering without friction, so the wrench is a function of the pose. The
+//! tests divide the change of the torque by motion × k × size. This product is the change of the
+//! torque from one spring with the contact stiffness k at a lever of the probe's size.
 
 mod bodies;
 
@@ -171,7 +171,7 @@ fn search(rounds: u32, most: f64) {
             let wrench = felt(&mut renderer, pose);
             (wrench, deepest_normal(&renderer))
         });
-        // If two directions are equally deep, the normal must jump, and so must the torque.
+        // If two directions have equal depths, normal and torque must jump.
         if before.1.dot(after.1) < 0.99 {
             flips += 1;
             continue;
@@ -200,7 +200,7 @@ fn random_prisms_change_torque_continuously_long() {
 
 #[test]
 fn deepest_contact_survives_full_capacity() {
-    // A plate lies on three posts, one of which is higher than the others. Each pair has a patch of
+    // A plate lies on three posts, of which one is higher than the others. Each pair has a patch of
     // four corners.
     let plate = body(&shape::cuboid(DVec3::new(0.06, 0.02, 0.004)));
     for high in 0..3 {

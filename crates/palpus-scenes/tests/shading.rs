@@ -16,7 +16,7 @@ use palpus_scenes::{scene, shape};
 const SHADING: ShadingSettings = ShadingSettings { crease_angle: 0.7, most_turn: 0.5 };
 const BOTH: [Clustering; 2] = [Clustering::Linkage, Clustering::Smooth];
 
-/// Returns the same renderer without and with shading.
+/// Returns two renderers: without shading and with shading.
 fn both_ways(a: &Arc<Body>, b: &Arc<Body>, settings: Settings) -> [Renderer; 2] {
     [None, Some(SHADING)].map(|shading| {
         Renderer::new(a.clone(), b.clone(), Settings { shading, ..settings }).expect("the settings are valid")
@@ -63,15 +63,15 @@ fn shading_keeps_depth_and_magnitude() {
                 100.0 * worst
             );
             assert!(touched > 200, "{name} must make more contacts");
-            // With smooth clustering, each contact keeps its magnitude before load sharing. The
-            // load sharing depends on the rendered directions, so it is as continuous as they are.
+            // With smooth clustering, each contact keeps its magnitude before load sharing. Load
+            // shares depend on the shaded directions, so magnitudes change a little.
             assert!(worst < 0.05, "{name}, {clustering:?}: {worst}");
         }
     }
 }
 
-/// Returns how far `direction` lies outside the normals of the faces that meet at an edge or a
-/// corner, as a sine.
+/// Returns the sine of the angle between `direction` and the range of normals at an edge or a
+/// corner.
 fn outside(polytope: &Polytope, feature: Feature, direction: DVec3) -> f64 {
     match feature {
         Feature::Edge(edge) => {
@@ -100,7 +100,7 @@ fn edges_of_a_box_stay_sharp() {
         let (mut on_edges, mut turned) = (0, 0.0_f64);
         for k in 0..6000 {
             let s = f64::from(k) / 6000.0;
-            // The ball moves around the box and a little up and down, pressed in slightly.
+            // The ball moves around the box and a little up and down, at a small depth.
             let angle = std::f64::consts::TAU * s;
             let outward = DVec3::new(angle.cos(), angle.sin(), 0.9 * (7.0 * angle).sin());
             let reach = (size / 2.0 / outward.abs().max(DVec3::splat(1e-9))).min_element();

@@ -1,8 +1,8 @@
-//! How deep contact with bodies can be felt, and how accurately: the sweeps of
-//! [`palpus_scenes::sweep`] over the scenes and over real models.
+//! Runs the sweeps of [`palpus_scenes::sweep`] over the scenes and over real models: the depth to
+//! which contact persists, and its errors.
 //!
-//! Limitation: the bounds are the measured figures plus a margin. Ideally all points would be
-//! correct.
+//! Limitation: the asserted bounds are the measured figures plus a margin. Ideally all points would
+//! be correct.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,9 +19,9 @@ fn build(soup: &PolygonSoup) -> Arc<Body> {
     Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).unwrap())
 }
 
-/// Sweeps a body and asserts the guaranteed figures. Contact persists in 98 % of the pushes. The
-/// median error of the depth is at most 2 %. No depth is more than 1.25 times the true depth,
-/// except by rounding and at edge–edge contacts.
+/// Sweeps a body and asserts the guaranteed bounds. Contact persists in 98 % of the pushes. The
+/// median error of the depth is at most 2 %. Except for rounding and edge–edge contacts, no depth
+/// exceeds 1.25 times the true depth.
 fn sweep_and_hold(name: &str, body: &Arc<Body>, samples: usize) {
     let (push, honest) = sweep(name, body, samples);
     assert!(push.held >= 0.98 && push.grew >= 0.8, "{name}, seed {SEED:#x}: {push:?}");

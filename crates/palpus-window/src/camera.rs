@@ -21,22 +21,22 @@ pub enum View {
     /// From the front, the right and above.
     #[default]
     Oblique,
-    /// Along +y.
+    /// Looks along +y.
     Front,
-    /// Along −y.
+    /// Looks along −y.
     Back,
-    /// Along +x.
+    /// Looks along +x.
     Left,
-    /// Along −x.
+    /// Looks along −x.
     Right,
-    /// Along −z.
+    /// Looks along −z.
     Top,
-    /// Along +z.
+    /// Looks along +z.
     Bottom,
 }
 
 impl View {
-    /// Yaw and pitch, degrees.
+    /// Returns yaw and pitch, degrees.
     fn angles(self) -> (f64, f64) {
         match self {
             Self::Oblique => (-60.0, 28.0),
@@ -113,7 +113,7 @@ impl Camera {
         self.target += (up * downwards - right * rightwards) * metres;
     }
 
-    /// Moves nearer by this factor.
+    /// Moves the camera nearer to the target by this factor.
     pub fn zoom(&mut self, factor: f64) {
         self.distance /= factor;
     }
@@ -133,22 +133,22 @@ impl Camera {
         [right, back.cross(right), back]
     }
 
-    /// Position of the camera, world.
+    /// Returns the position of the camera, world.
     pub fn eye(&self) -> DVec3 {
         self.target + self.axes()[2] * self.distance
     }
 
-    /// The tangent of half the vertical field of view.
+    /// Returns the tangent of half the vertical field of view.
     pub fn half_opening(&self) -> f64 {
         HALF_OPENING
     }
 
-    /// Distance ahead of the camera below which nothing is drawn, m.
+    /// Returns the distance ahead of the camera below which nothing is drawn, m.
     pub fn nearest(&self) -> f64 {
         self.distance * NEAREST
     }
 
-    /// Length of a pixel at `depth`, in a picture `height` pixels high, m.
+    /// Returns the length of a pixel at `depth`, in a picture `height` pixels high, m.
     pub fn metres_per_pixel(&self, depth: f64, height: f64) -> f64 {
         2.0 * depth * HALF_OPENING / height
     }

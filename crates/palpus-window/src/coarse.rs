@@ -48,7 +48,7 @@ impl Solid {
         Some(best)
     }
 
-    /// Steps 1 and 2, for a grid of `cells` cells along the longest side.
+    /// Does steps 1 and 2 with a grid of `cells` cells along the longest side.
     fn in_cells(&self, cells: f64) -> Self {
         let (low, high) = self.bounds();
         let scale = cells / (high - low).max_element().max(f64::MIN_POSITIVE);

@@ -1,21 +1,22 @@
 //! Draws the Gauss map of a convex piece on the sphere of directions \[K02 §3.3\].
 //!
-//! For each direction, one vertex of the piece is farthest along it. This divides the sphere:
+//! For each direction, one vertex of the piece is farthest along this direction. The sphere of
+//! directions is divided by these vertices:
 //!
 //! * a face is the *point* of its normal;
 //! * an edge is the *arc* of a great circle between the normals of its two faces;
 //! * a vertex is the *region* between the arcs of its edges.
 //!
 //! The piece is the hull of a patch of the mesh. Faces that only the hull has are not part of the
-//! surface. The admissible directions, which the mesh has there ([`palpus::body::OwnNormals`]), are
-//! coloured. At a vertex, they are the directions along which no neighbour on the mesh is higher.
-//! At an edge, they are the arc up to the neighbour's true normal, which may end before the hull's
-//! arc. At faces, they are the normals of the mesh. Everything else is grey: the piece does not
-//! push in these directions.
+//! surface. The admissible directions, which are normals of the mesh, are coloured
+//! ([`palpus::body::OwnNormals`]). At a vertex, they are the directions along which no neighbour on
+//! the mesh is higher. At an edge, they are the arc up to the neighbour's true normal, which may
+//! end before the hull's arc. At faces, they are the normals of the mesh. All other directions are
+//! grey: the piece does not push in these directions.
 //!
-//! 1. Each sample of a disc is a direction. It gets the colour of the vertex that is farthest along
-//!    it.
-//! 2. All arcs are drawn thin, and the admissible ones are drawn thick over them.
+//! 1. Each sample of a disc is a direction, and gets the colour of the vertex that is farthest
+//!    along this direction.
+//! 2. All arcs are drawn thin. Then the admissible arcs are drawn thick over them.
 //! 3. Points of faces are drawn, and points of the neighbours' normals at the ends of admissible
 //!    arcs.
 //!
@@ -48,7 +49,7 @@ const OWN_ARC: f64 = 0.0072;
 const FACE_POINT: f64 = 0.021;
 const RIM_POINT: f64 = 0.011;
 const BORROWED_POINT: f64 = 0.015;
-/// Share of a point's radius that is filled with another colour.
+/// Share of the radius of a hollow point that is filled with another colour.
 const HOLLOW: f64 = 0.5;
 /// Darkness of the sphere at its rim.
 const SLANT_SHADE: f64 = 0.42;
@@ -92,7 +93,8 @@ impl Palette {
     }
 }
 
-/// Returns the colours of a piece's faces: those of the mesh, and those that only the hull has.
+/// Returns the colours of a piece's faces: the colour of the mesh's faces, and the colour of
+/// faces that only the hull has.
 #[cfg(feature = "gui")]
 pub(crate) fn piece_colours(theme: Theme) -> [Rgb; 2] {
     let palette = Palette::of(theme);
@@ -191,7 +193,7 @@ const WITHIN_SQUARE: f64 = 0.96;
 /// Share of the page for the piece itself.
 const LEFT: f64 = 0.27;
 
-/// Text about the piece below the picture.
+/// Returns the text about the piece below the picture.
 fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
     let PieceNumbers { faces, original_faces, virtual_faces, rims, vertices, edges, arcs, volume, owned, .. } = numbers;
     let rims = if *rims > 0 { format!(", {rims} of no width") } else { String::new() };
@@ -204,8 +206,8 @@ fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
     ]
 }
 
-/// Returns the camera before the mesh part of the piece's surface, or the oblique view if that part
-/// has no mean direction.
+/// Returns a camera in front of the mesh part of the piece's surface, or the oblique view if that
+/// part has no mean direction.
 pub fn before_own_faces(body: &Body, piece: u32) -> Camera {
     let mut camera = Camera::framing([DVec3::ZERO].into_iter(), View::Oblique, 1.0);
     let mesh = body.mesh();
@@ -251,7 +253,7 @@ fn draw_half(picture: &mut Picture, body: &Body, piece: u32, axes: &[DVec3; 3], 
     draw_points(picture, &own, axes, disc, &palette);
 }
 
-/// Step 1.
+/// Draws the regions (step 1).
 fn draw_regions(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let rows = span(disc.y, disc.radius, picture.height());
     let columns = span(disc.x, disc.radius, picture.width());
@@ -295,7 +297,7 @@ fn span(middle: f64, radius: f64, end: usize) -> std::ops::Range<usize> {
     low.min(end)..((middle + radius).ceil().max(0.0) as usize).min(end)
 }
 
-/// Step 2.
+/// Draws the arcs (step 2).
 fn draw_arcs(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let polytope = own.polytope();
     let hull = polytope.edges().map(|edge| [edge.left, edge.right].map(|f| polytope.plane(f).normal));
@@ -315,8 +317,8 @@ fn draw_arc(picture: &mut Picture, ends: [DVec3; 2], axes: &[DVec3; 3], disc: &D
     let parts = (angle / ARC_PART).ceil().max(1.0);
     let at = |k: f64| {
         let (part, sin) = (k / parts, angle.sin());
-        // For a very short arc, uses the chord. A half circle has no shorter arc, and pieces have
-        // none.
+        // For a very short arc, uses the chord. A half circle has no shorter arc, but pieces have
+        // no half circles.
         let direction = if sin.abs() < SHORT_ARC {
             ends[0].lerp(ends[1], part)
         } else {
@@ -342,7 +344,7 @@ fn draw_run(picture: &mut Picture, run: &mut Vec<(f64, f64)>, radius: f64, colou
     run.clear();
 }
 
-/// Step 3.
+/// Draws the points (step 3).
 fn draw_points(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let mut point = |direction: DVec3, size: f64, colour: Rgb, within: Rgb| {
         if let Some((x, y)) = disc.place(axes, direction) {

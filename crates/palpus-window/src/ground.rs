@@ -1,9 +1,10 @@
 //! The ground below a scene: a plane with a grid, and the soft shadow of the bodies on it.
 //!
-//! The ground is only drawn; bodies do not touch it. The shadow is that of a large lamp overhead:
+//! The ground is only drawn; bodies do not touch it. The shadow is the shadow of a large lamp
+//! overhead:
 //!
 //! 1. Each triangle is projected straight down into a map of the ground. A cell keeps the strongest
-//!    shade of all triangles. The shade is weaker the higher a triangle is.
+//!    shade of all triangles. The shade becomes weaker with the height of the triangle.
 //! 2. The map is blurred, so that edges are soft.
 
 use glam::{DVec2, DVec3};
@@ -19,9 +20,9 @@ const REACH: f64 = 1.25;
 const SHADOW_REACH: f64 = 0.85;
 /// Distance of the ground below the lowest point, relative to the scene's size.
 const BELOW: f64 = 0.015;
-/// Relative to the scene's size: at this height the shade is weaker by a factor of e.
+/// Height at which the shade is weaker by a factor of e, relative to the scene's size.
 const FADE: f64 = 0.45;
-/// Cells along each side of the shadow's map, and how far it is blurred, twice.
+/// Cells along each side of the shadow's map, and radius of the blur in cells.
 const SIDE: usize = 72;
 const BLUR: usize = 2;
 
@@ -60,7 +61,7 @@ impl Ground {
         eye.z > self.middle.z
     }
 
-    /// Strength of grid lines at `point` of the plane: 1 in the middle, 0 outside.
+    /// Returns the strength of grid lines at `point` of the plane: 1 in the middle, 0 outside.
     pub(crate) fn strength(&self, point: DVec3) -> f64 {
         let part = 1.0 - (point - self.middle).truncate().length() / self.reach;
         part.clamp(0.0, 1.0)
@@ -116,7 +117,7 @@ pub(crate) struct Shadow {
 }
 
 impl Shadow {
-    /// Step 1; `points` are in cells, `fade` is per cell of height.
+    /// Adds the shade of a triangle (step 1). `points` are in cells, `fade` is per cell of height.
     fn shade(&mut self, points: [DVec3; 3], fade: f64) {
         let low = points[0].min(points[1]).min(points[2]).floor().max(DVec3::ZERO);
         let high = points[0].max(points[1]).max(points[2]).floor().min(DVec3::splat(SIDE as f64 - 1.0));
@@ -128,7 +129,7 @@ impl Shadow {
             for column in low.x as usize..(high.x + 1.0).max(0.0) as usize {
                 let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
                 let side = |i: usize, j: usize| (flat[j] - flat[i]).perp_dot(at - flat[i]) * area;
-                // A triangle that is smaller than a cell shades it whole.
+                // A triangle that is smaller than a cell shades the whole cell.
                 let is_small = area.abs() < 1.0;
                 if is_small || (side(0, 1) >= 0.0 && side(1, 2) >= 0.0 && side(2, 0) >= 0.0) {
                     let cell = &mut self.shades[row * SIDE + column];
@@ -138,7 +139,8 @@ impl Shadow {
         }
     }
 
-    /// Step 2 once: the mean over a square around each cell.
+    /// Blurs the map once: each cell gets the mean over a square around it (step 2 does this
+    /// twice).
     fn blur(&mut self) {
         for (stride, between) in [(1, SIDE), (SIDE, 1)] {
             let before = self.shades.clone();
@@ -191,7 +193,7 @@ mod tests {
     #[test]
     fn shadow_is_below_the_body_and_fades_with_height() {
         let corners = [DVec3::splat(-0.5), DVec3::splat(0.5)];
-        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("the scene can be read");
+        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("the points have a box");
         assert!(ground.middle.z < -0.5 && ground.is_seen_from(DVec3::Z) && !ground.is_seen_from(-DVec3::Z));
         let cube = cube();
         let at_height = |z: f64| {
@@ -210,7 +212,7 @@ mod tests {
     #[test]
     fn grid_lines_stay_within_reach_and_fade() {
         let corners = [DVec3::ZERO, DVec3::splat(0.1)];
-        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("the scene can be read");
+        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("the points have a box");
         assert_eq!(ground.cell, 0.01, "the cell must be a round length");
         for (ends, _) in ground.lines() {
             assert!(ends.iter().all(|end| ground.strength(*end) < 1e-9));

@@ -27,7 +27,7 @@ const SPACE: f64 = 2.0;
 /// Shape for letters that the font does not have.
 const UNKNOWN: &str = "02 08 48 42 02";
 
-/// The strokes of a letter.
+/// Returns the strokes of a letter.
 fn strokes(letter: char) -> &'static str {
     match letter {
         '0' => "12 03 07 18 38 47 43 32 12",
@@ -139,7 +139,7 @@ fn lines(letter: char) -> Vec<Vec<(f64, f64)>> {
     strokes(letter).split('|').map(|line| line.split(' ').map(place).collect()).collect()
 }
 
-/// Grid steps from a letter to the next.
+/// Returns the grid steps from a letter to the next.
 fn advance(letter: char) -> f64 {
     if letter == ' ' {
         return SPACE + GAP;

@@ -24,7 +24,8 @@
 //! * `ground` — a plane below the bodies with a grid, and their shadow on it.
 //! * `xray` — the region in which a body is transparent, because it hides a probe.
 //! * `picture`, `png`, `palette` — pixels, and how they are stored.
-//! * `window` — with the feature `gui`: the same scene, live, drawn by the graphics library.
+//! * `window` — shows the scene of a run in a window, drawn by the graphics library (feature
+//!   `gui`).
 //!
 //! Lengths are in metres. Frames are named in the documentation of each item. "View" means the
 //! camera's frame: x right, y up, z towards the viewer.

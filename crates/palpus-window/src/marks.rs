@@ -14,7 +14,7 @@ use crate::style::{Colours, Style};
 
 /// Height of the picture for which sizes in pixels are stated. Other pictures scale the sizes.
 pub(crate) const NOMINAL_HEIGHT: f64 = 800.0;
-/// Pixels.
+/// Radii of dots and lines, pixels.
 const DOT_RADIUS: f64 = 5.5;
 const GRIP_RADIUS: f64 = 3.3;
 const HAND_ROD_RADIUS: f64 = 1.0;
@@ -22,22 +22,22 @@ const ANCHOR_RADIUS: f64 = 2.0;
 const ANCHOR_ROD_RADIUS: f64 = 1.0;
 const SHAFT_RADIUS: f64 = 2.2;
 const CLUSTER_SHAFT_RADIUS: f64 = 1.6;
-/// Larger forces do not have longer arrows.
+/// Length of an arrow of the largest shown force; larger forces do not have longer arrows.
 const LONGEST_ARROW: f64 = 150.0;
 const TURNING_CIRCLE: f64 = 42.0;
 /// The smallest turning arrow, relative to the largest.
 const LEAST_TURN: f64 = 0.35;
-/// Torques below this share of the largest one are noise and have no arrow.
+/// Torques below this share of the largest torque are noise and have no arrow.
 const NO_TURN: f64 = 0.004;
 
-/// Patches: radius for a force of zero and for the largest force, radius of the halo, and opacity
-/// of both.
+/// Patches: radius for a force of zero and for the largest force, radius of the halo, and
+/// opacity of both.
 const PATCH_RADII: (f64, f64) = (9.0, 17.0);
 const HALO_RADIUS: f64 = 34.0;
 const PATCH_COVER: f64 = 0.75;
 const HALO_COVER: f64 = 0.16;
 
-/// Sides of a round thing.
+/// Number of sides of round solids.
 const SIDES: usize = 14;
 /// The head of an arrow: its length and its radius, in radii of the shaft.
 const HEAD_LENGTH: f64 = 6.0;
@@ -74,7 +74,7 @@ pub(crate) struct Patch {
 }
 
 impl Patch {
-    /// Opacity at this distance from the middle, in radii.
+    /// Returns the opacity at this distance from the middle, in radii.
     pub(crate) fn cover_at(&self, radii: f64) -> f64 {
         let inside = (1.0 - radii * radii).max(0.0);
         self.cover * inside * inside
@@ -117,13 +117,13 @@ pub(crate) struct Marks {
     pub(crate) patches: Vec<Patch>,
     pub(crate) labels: Vec<Label>,
     pub(crate) dots: Vec<Dot>,
-    /// Position, world.
+    /// Triangles of each solid, and its colour.
     pub(crate) solids: Vec<(Triangles, Rgb)>,
 }
 
 impl Marks {
-    /// Makes the marks of the scene's moment, if it has one. `metres` returns the length of this
-    /// many pixels at a point of the world.
+    /// Makes the marks of the scene's moment, if the scene has a moment. `metres` returns the
+    /// length of this many pixels at a point of the world.
     pub(crate) fn of(scene: &Scene, style: &Style, metres: &impl Fn(DVec3, f64) -> f64) -> Self {
         let mut marks = Self::default();
         let Some(moment) = &scene.moment else { return marks };
@@ -190,8 +190,8 @@ impl Marks {
         marks
     }
 
-    /// Patches at contact forces. A larger force has a redder and larger patch. Each patch has a
-    /// halo, so that a light touch is visible too.
+    /// Adds patches at contact forces. A larger force has a redder and larger patch. Each patch has
+    /// a halo, so that a light touch is visible too.
     fn press(&mut self, forces: impl Iterator<Item = (DVec3, DVec3)> + Clone, colours: &Colours) {
         let largest = forces.clone().map(|(_, force)| force.length()).fold(0.0, f64::max);
         for (point, force) in forces {
@@ -207,8 +207,8 @@ impl Marks {
     }
 }
 
-/// An arrow from `tail` along `way`, with a shaft of `radius` metres. A short arrow consists only
-/// of its head, which is smaller.
+/// Returns an arrow from `tail` along `way`, with a shaft of `radius` metres. A short arrow
+/// consists only of its head, which is smaller.
 pub(crate) fn arrow(tail: DVec3, way: DVec3, radius: f64) -> Triangles {
     let Some(along) = way.try_normalize() else { return Vec::new() };
     let length = way.length();
@@ -219,7 +219,7 @@ pub(crate) fn arrow(tail: DVec3, way: DVec3, radius: f64) -> Triangles {
     triangles
 }
 
-/// A rod between two points.
+/// Returns a rod between two points.
 pub(crate) fn rod(from: DVec3, to: DVec3, radius: f64) -> Triangles {
     let Some(along) = (to - from).try_normalize() else { return Vec::new() };
     let ring = ring(along);
@@ -234,7 +234,7 @@ pub(crate) fn rod(from: DVec3, to: DVec3, radius: f64) -> Triangles {
     triangles
 }
 
-/// A cone on a base about `base`, with its tip at `tip`.
+/// Returns a cone on a base about `base`, with its tip at `tip`.
 fn cone(base: DVec3, tip: DVec3, radius: f64) -> Triangles {
     let Some(along) = (tip - base).try_normalize() else { return Vec::new() };
     let slope = radius / (tip - base).length();
@@ -253,7 +253,7 @@ fn cone(base: DVec3, tip: DVec3, radius: f64) -> Triangles {
     triangles
 }
 
-/// An arrow round `axis` by the right-hand rule, on a circle around `center`.
+/// Returns an arrow round `axis` by the right-hand rule, on a circle around `center`.
 pub(crate) fn turning_arrow(center: DVec3, axis: DVec3, circle: f64, radius: f64) -> Triangles {
     let Some(axis) = axis.try_normalize() else { return Vec::new() };
     let u = axis.any_orthonormal_vector();
@@ -266,13 +266,13 @@ pub(crate) fn turning_arrow(center: DVec3, axis: DVec3, circle: f64, radius: f64
         let angle = |k: usize| end * k as f64 / TURN_PARTS as f64;
         triangles.extend(rod(at(angle(k)), at(angle(k + 1)), radius));
     }
-    // Along the tangent at the end of the shaft, so that the head continues the shaft.
+    // The direction is tangential at the end of the shaft, so that the head continues the shaft.
     let tangent = v * end.cos() - u * end.sin();
     triangles.extend(cone(at(end), at(end) + tangent * HEAD_LENGTH * radius, HEAD_RADIUS * radius));
     triangles
 }
 
-/// A ball with few faces, for dots in renderers that draw only solids.
+/// Returns a ball with few faces, for dots in renderers that draw only solids.
 #[cfg(feature = "gui")]
 pub(crate) fn ball(center: DVec3, radius: f64) -> Triangles {
     let out = |ring: usize, k: usize| {
@@ -298,13 +298,13 @@ pub(crate) fn ball(center: DVec3, radius: f64) -> Triangles {
     triangles
 }
 
-/// Triangles of a ball.
+/// Numbers of rings of triangles of a ball, and of triangle pairs in a ring.
 #[cfg(feature = "gui")]
 const BALL_RINGS: usize = 5;
 #[cfg(feature = "gui")]
 const BALL_SIDES: usize = 9;
 
-/// Unit vectors around an axis.
+/// Returns unit vectors around an axis.
 fn ring(along: DVec3) -> [DVec3; SIDES] {
     let u = along.any_orthonormal_vector();
     let v = along.cross(u);

@@ -21,7 +21,7 @@ pub struct ShownContact {
 /// A cluster as an arrow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownCluster {
-    /// Point of the force.
+    /// Point at which the force acts.
     pub point: DVec3,
     /// Force on the probe, N.
     pub force: DVec3,
@@ -53,15 +53,15 @@ pub struct Moment {
     pub others: Vec<Pose>,
     /// Position of the grip on the proxy.
     pub grip: DVec3,
-    /// The grip at the pose of the hand.
+    /// Position of the grip at the pose of the hand.
     pub hand: DVec3,
     /// Commanded wrench about the grip.
     pub wrench: Wrench,
-    /// Number of all contacts, including those beyond the capacity.
+    /// Number of all contacts, including contacts beyond the capacity.
     pub contact_count: usize,
-    /// Dots.
+    /// Contacts, drawn as dots.
     pub contacts: Vec<ShownContact>,
-    /// Arrows.
+    /// Clusters, drawn as arrows.
     pub clusters: Vec<ShownCluster>,
     /// Points with friction.
     pub anchors: Vec<ShownAnchor>,
@@ -117,7 +117,7 @@ impl Moment {
         self.show(tick, &known);
     }
 
-    /// Appends the contacts of the tick, except those that are `known`.
+    /// Appends the contacts of the tick, except the contacts `known`.
     fn show(&mut self, tick: &Tick, known: &Range<usize>) {
         let contacts = tick.contacts.iter().enumerate().filter(|(k, _)| !known.contains(k));
         append(&mut self.contacts, contacts, |(_, contact)| ShownContact {

@@ -1,8 +1,8 @@
 //! The visible states of a run's ticks, within a memory limit. A thread that replays a recording
 //! writes them, and a window reads them in any order.
 //!
-//! All ticks are kept while they fit. Then every second one is dropped, and again when the memory
-//! is full, so the kept ticks stay evenly spaced in a run of any length.
+//! All ticks are kept while they fit. When the memory is full, every second tick is dropped, so the
+//! kept ticks stay evenly spaced in a run of any length.
 
 use std::sync::Mutex;
 
@@ -31,9 +31,9 @@ struct Store {
 pub struct Progress {
     /// Number of replayed ticks.
     pub ticks: usize,
-    /// Number of replayed ticks whose wrench differs from the recorded one in any bit.
+    /// Number of replayed ticks whose wrench differs from the recorded wrench in any bit.
     pub differing: usize,
-    /// The first of these ticks.
+    /// The first tick whose wrench differs.
     pub first_difference: Option<usize>,
     /// Message about why the replay stopped early, if it did.
     pub failed: Option<String>,
@@ -46,7 +46,7 @@ impl Moments {
         Self { most_bytes, store: Mutex::new(store) }
     }
 
-    /// Adds the next tick. `same`: its wrench is the recorded one.
+    /// Adds the next tick. `same`: its wrench equals the recorded wrench.
     pub fn push(&self, moment: &Moment, same: bool) {
         let Ok(mut store) = self.store.lock() else { return };
         let tick = store.progress.ticks;
@@ -66,14 +66,14 @@ impl Moments {
         }
     }
 
-    /// Ends the list, with the reason.
+    /// Ends the list early, for the reason `why`.
     pub fn fail(&self, why: String) {
         if let Ok(mut store) = self.store.lock() {
             store.progress.failed = Some(why);
         }
     }
 
-    /// Returns the last kept moment up to `tick`, and its tick; `None` before the first one.
+    /// Returns the last kept moment up to `tick`, and its tick; `None` before the first moment.
     pub fn at(&self, tick: usize) -> Option<(usize, Moment)> {
         let store = self.store.lock().ok()?;
         if tick >= store.progress.ticks {

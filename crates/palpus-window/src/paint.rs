@@ -3,14 +3,15 @@
 //! 1. Every pixel has four samples.
 //! 2. The *ground*: its grid, and the shadow of the bodies.
 //! 3. *Bodies* in one layer, with outlines where they end.
-//! 4. *Translucent bodies*, bodies around the probes that they hide, and the probe at the device's
-//!    pose if the proxy is elsewhere. Their nearest inner sides are drawn first, then their nearest
-//!    outer sides. Surfaces that are seen at a grazing angle are more opaque, as with glass.
+//! 4. *Translucent bodies*, the parts of bodies that hide a probe, and the probe at the device's
+//!    pose if the proxy has another pose. The nearest inner sides of these bodies are drawn first,
+//!    then their nearest outer sides. Surfaces that are seen at a grazing angle are more opaque, as
+//!    with glass.
 //! 5. *Marks* in a separate layer. Marks that a body hides stay visible in a paler colour.
 //! 6. Samples are averaged to pixels, and text is drawn on top.
 //!
-//! Two lamps that move with the camera, and a sky, give the light, so a surface that faces the
-//! viewer is never dark.
+//! The light comes from a sky and from two lamps that move with the camera, so a surface that faces
+//! the viewer is never dark.
 
 mod words;
 
@@ -31,9 +32,10 @@ use words::{WORD_SIZE, words};
 
 /// Samples along each side of a pixel.
 const FINENESS: usize = 2;
-/// Pixels.
+/// Width of the lines of a wireframe, pixels.
 const WIRE_WIDTH: f64 = 0.7;
-/// Distance of a patch before its point, in radii: a patch is flat, but the surface may be curved.
+/// Distance from a patch to its point, towards the viewer, in radii: a patch is flat, but the
+/// surface may be curved.
 const PATCH_BEFORE: f64 = 0.5;
 /// Width in pixels, and strength of the lines of the grid and of the lines through its middle.
 const GRID_WIDTH: f64 = 1.1;
@@ -41,12 +43,12 @@ const GRID_LINE: f64 = 0.17;
 const AXIS_LINE: f64 = 0.34;
 /// Visibility of a mark behind a body.
 pub(crate) const HIDDEN: f32 = 0.38;
-/// A mark that is less than this share of its depth behind a surface counts as before it, because
-/// contacts lie between two surfaces.
+/// A mark that is less than this share of its depth behind a surface counts as in front of the
+/// surface, because contacts lie between two surfaces.
 const BEFORE: f32 = 0.997;
 const OUTLINE_STRENGTH: f64 = 0.6;
 const WIRE_STRENGTH: f64 = 0.55;
-/// Opacity of a translucent body seen squarely and at a grazing angle.
+/// Opacity of a translucent body seen along its normal, and at a grazing angle.
 pub(crate) const COVER_SQUARE: f64 = 0.27;
 pub(crate) const COVER_ALONG: f64 = 0.72;
 /// Opacity of the probe at the device's pose.
@@ -126,7 +128,7 @@ struct Brush {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Cover {
     Whole,
-    /// Opacity squarely and at a grazing angle.
+    /// Opacity seen along the normal, and at a grazing angle.
     Glass(f64, f64),
     /// Transparent where it hides a probe.
     AroundProbes(Part),
@@ -140,7 +142,7 @@ enum Part {
 }
 
 impl Brush {
-    /// The grid and the shadow.
+    /// Draws the grid and the shadow.
     fn ground(&self, light: &mut [[f32; 3]], width: usize, scene: &Scene, ground: &Ground) {
         let shadow = ground.shadow(scene.bodies.iter().map(|body| (&*body.solid, body.pose)));
         let (shade, ink) = (linear(self.colours.shadow), linear(self.colours.ink));
@@ -173,7 +175,7 @@ impl Brush {
         }
     }
 
-    /// A body, or one of its sides.
+    /// Draws a body, or one of its sides.
     fn body(&self, layer: &mut Layer, body: &ShownBody, pose: &Pose, name: u16, facing: Facing, cover: Cover) {
         let solid = &body.solid;
         let points: Vec<DVec3> = solid.vertices.iter().map(|v| pose.point(*v)).collect();
@@ -194,7 +196,7 @@ impl Brush {
         }
     }
 
-    /// Opacity of a fragment; `None` if it is not drawn in this step.
+    /// Returns the opacity of a fragment; `None` if it is not drawn in this step.
     fn covered(&self, cover: Cover, fragment: &Fragment) -> Option<f64> {
         match cover {
             Cover::Whole => Some(1.0),
@@ -252,7 +254,7 @@ impl Brush {
         }
     }
 
-    /// Dots and arrows.
+    /// Draws dots and arrows.
     fn marks(&self, layer: &mut Layer, marks: &Marks) {
         for dot in &marks.dots {
             self.dot(layer, dot);
@@ -289,8 +291,8 @@ fn as_light(light: DVec3, covered: f64) -> Light {
     [light.x as f32, light.y as f32, light.z as f32, covered as f32]
 }
 
-/// Light: a warm lamp from the left, a cool lamp from the right, a sky, a highlight, and a rim at
-/// grazing angles.
+/// Computes the light: a warm lamp from the left, a cool lamp from the right, a sky, a highlight,
+/// and a rim at grazing angles.
 fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     let n = fragment.normal;
     let key = DVec3::new(-0.45, 0.62, 0.64);
@@ -304,13 +306,13 @@ fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     colour * (sky + lamps) + DVec3::splat(0.15 * gloss) + DVec3::new(0.06, 0.065, 0.07) * slant.powi(3)
 }
 
-/// Opacity of a translucent surface.
+/// Returns the opacity of a translucent surface.
 fn glass(fragment: &Fragment, square: f64, along: f64) -> f64 {
     let slant = 1.0 - fragment.normal.dot(fragment.to_eye).clamp(0.0, 1.0);
     square + (along - square) * slant * slant
 }
 
-/// A vertical gradient.
+/// Returns a vertical gradient.
 fn background(colours: &Colours, width: usize, height: usize) -> Vec<[f32; 3]> {
     let (above, below) = (linear(colours.above), linear(colours.below));
     let mut light = Vec::with_capacity(width * height);
@@ -335,7 +337,7 @@ fn cover(light: &mut [[f32; 3]], layer: &Layer, part: impl Fn(usize) -> f32) {
     }
 }
 
-/// The mean of the samples of each pixel.
+/// Returns the mean of the samples of each pixel.
 fn pixels(light: &[[f32; 3]], width: usize, height: usize) -> Picture {
     let mut picture = Picture::new(width, height, [0; 3]);
     for y in 0..height {

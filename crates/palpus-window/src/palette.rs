@@ -1,8 +1,8 @@
 //! Pictures with at most 256 colours: a third of the size, for pages that are sent by mail.
 //!
 //! 1. The colours are counted.
-//! 2. The box of colours with the largest weight (squared length times the cube root of its number
-//!    of pixels) is divided in the middle of its longest side, until there are enough boxes.
+//! 2. The box of colours with the largest weight (squared length times the cube root of its
+//!    number of pixels) is divided in the middle of its longest side, until there are enough boxes.
 //!    *Median cut* (Heckbert 1982) halves the number of pixels instead, which leaves rare colours
 //!    in large boxes.
 //! 3. The mean of a box replaces its colours. There is no dithering, because it would make the file
@@ -17,7 +17,7 @@ use crate::png::write_indexed_png;
 const COLOURS: usize = 256;
 
 impl Picture {
-    /// The picture as a PNG file of at most 256 colours, in memory.
+    /// Returns the picture as a PNG file of at most 256 colours, in memory.
     pub fn small_png(&self) -> io::Result<Vec<u8>> {
         let (palette, indices) = reduced(self.bytes());
         let mut file = Vec::new();
@@ -33,7 +33,7 @@ struct Counted {
     count: u64,
 }
 
-/// The palette, red, green and blue of each colour, and the colour of each pixel.
+/// Returns the palette (red, green and blue of each colour) and the colour index of each pixel.
 fn reduced(pixels: &[u8]) -> (Vec<u8>, Vec<u8>) {
     let (pixels, _) = pixels.as_chunks::<3>();
     let mut sorted = pixels.to_vec();

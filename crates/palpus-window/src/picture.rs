@@ -1,4 +1,4 @@
-//! Pixels.
+//! A picture of pixels.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -18,22 +18,22 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// A picture of one colour.
+    /// Creates a picture of one colour.
     pub fn new(width: usize, height: usize, colour: Rgb) -> Self {
         Self { width, height, pixels: colour.repeat(width * height) }
     }
 
-    /// Pixels a row.
+    /// Returns the number of pixels in a row.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Returns the number of rows.
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// The colour of the pixel in column `x` of row `y`; both within the picture.
+    /// Returns the colour of the pixel in column `x` of row `y`; both within the picture.
     pub fn pixel(&self, x: usize, y: usize) -> Rgb {
         let at = 3 * (y * self.width + x);
         [self.pixels[at], self.pixels[at + 1], self.pixels[at + 2]]
@@ -55,12 +55,12 @@ impl Picture {
         }
     }
 
-    /// Red, green and blue of every pixel.
+    /// Returns red, green and blue of every pixel.
     pub fn bytes(&self) -> &[u8] {
         &self.pixels
     }
 
-    /// The picture as a PNG file.
+    /// Writes the picture as a PNG file.
     pub fn write_png(&self, path: &Path) -> io::Result<()> {
         let mut file = BufWriter::new(File::create(path)?);
         write_png(&mut file, self.width as u32, self.height as u32, &self.pixels)?;

@@ -19,7 +19,7 @@ pub struct PieceNumbers {
     pub rims: usize,
     /// Corners.
     pub vertices: usize,
-    /// Edges, including those of rims.
+    /// Edges, including the edges of rims.
     pub edges: usize,
     /// Edges with admissible normals.
     pub arcs: usize,
@@ -37,7 +37,7 @@ pub struct PieceNumbers {
 const DIRECTIONS: usize = 4096;
 
 impl PieceNumbers {
-    /// Counts piece `k` of a body, which must exist.
+    /// Counts the parts of piece `k`, which must exist.
     pub fn of(body: &Body, k: u32) -> Self {
         let polytope = &body.polytopes()[k as usize];
         let own = body.own_normals(k);
@@ -64,7 +64,7 @@ impl PieceNumbers {
     }
 }
 
-/// Returns evenly distributed directions, in a spiral from pole to pole.
+/// Returns the `i`-th of evenly distributed directions, in a spiral from pole to pole.
 fn spread_direction(i: usize) -> DVec3 {
     let z = 1.0 - (2.0 * i as f64 + 1.0) / DIRECTIONS as f64;
     let (sin, cos) = (i as f64 * GOLDEN_ANGLE).sin_cos();
@@ -75,7 +75,7 @@ fn spread_direction(i: usize) -> DVec3 {
 /// Golden angle, π (3 − √5), rad.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
-/// The sum of the signed tetrahedra between the middle and the faces.
+/// Returns the volume: the sum of the signed tetrahedra between the middle and the faces.
 fn volume(polytope: &Polytope) -> f64 {
     let middle = polytope.centroid();
     let of_face = |f: u32| {
@@ -86,14 +86,15 @@ fn volume(polytope: &Polytope) -> f64 {
     (0..polytope.face_count() as u32).map(of_face).sum()
 }
 
-/// Returns the piece with most faces (of several, the first); `None` for a body without pieces.
+/// Returns the piece with most faces (the first, if several have most faces); `None` for a body
+/// without pieces.
 pub fn richest_piece(body: &Body) -> Option<u32> {
     let faces = |k: &usize| body.polytopes()[*k].face_count();
     (0..body.polytopes().len()).rev().max_by_key(faces).map(|k| k as u32)
 }
 
-/// Returns the faces of piece `k` that belong to the mesh's surface, and those that only the hull
-/// has.
+/// Returns the faces of piece `k` that belong to the mesh's surface, and the faces that only the
+/// hull has.
 pub(crate) fn piece_solids(body: &Body, k: u32) -> [Solid; 2] {
     let polytope = &body.polytopes()[k as usize];
     [Provenance::Original, Provenance::Virtual].map(|provenance| {

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 
-/// Writes `pixels`, row by row from the top, with red, green and blue for each.
+/// Writes `pixels` row by row from the top; each pixel is red, green and blue.
 pub(crate) fn write_png(out: impl Write, width: u32, height: u32, pixels: &[u8]) -> io::Result<()> {
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(ColorType::Rgb);

@@ -43,7 +43,7 @@ pub(crate) enum Facing {
     Back,
 }
 
-/// Light, and the opacity.
+/// Light (red, green, blue) and opacity.
 pub(crate) type Light = [f32; 4];
 
 /// The transformation of the world into samples of the camera.
@@ -95,7 +95,7 @@ pub(crate) struct Layer {
     /// Inverse of the depth, 1/m; 0 where nothing is drawn.
     pub(crate) nearness: Vec<f32>,
     pub(crate) light: Vec<Light>,
-    /// Number of the body that is drawn there; 0 for none.
+    /// Number of the body that is drawn there; 0 if no body is drawn.
     pub(crate) name: Vec<u16>,
 }
 
@@ -105,7 +105,7 @@ impl Layer {
         Self { width, height, nearness: vec![0.0; count], light: vec![[0.0; 4]; count], name: vec![0; count] }
     }
 
-    /// Empties the layer. Only fragments nearer than `other` will be drawn.
+    /// Empties the layer. Only fragments nearer than the fragments of `other` will be drawn.
     pub(crate) fn restart_before(&mut self, other: &Self) {
         self.nearness.copy_from_slice(&other.nearness);
         self.name.fill(0);
@@ -185,8 +185,8 @@ impl Layer {
         }
     }
 
-    /// Draws a round dot of `radius` samples at a point of the world, `nearer` metres before it.
-    /// `light` gets the distance from its middle, in radii.
+    /// Draws a round dot of `radius` samples at a point of the world, `nearer` metres nearer to the
+    /// camera. `light` gets the distance from the dot's middle, in radii.
     pub(crate) fn dot(
         &mut self,
         lens: &Lens,
@@ -223,8 +223,8 @@ impl Layer {
         }
     }
 
-    /// Mixes `colour` into the samples where a drawn body ends before something farther away,
-    /// except where it was `cut` to be seen through.
+    /// Mixes `colour` into the samples where a drawn body ends before something farther away.
+    /// Leaves out the places where a body is transparent (`cut`).
     pub(crate) fn outline(&mut self, colour: DVec3, strength: f64, cut: impl Fn(DVec2) -> bool) {
         let (width, height) = (self.width, self.height);
         let mut edges = Vec::new();
@@ -283,22 +283,23 @@ impl Flat {
         (flat.area != 0.0 && flat.area.is_finite()).then_some(flat)
     }
 
-    /// Rows count downwards, so a counter-clockwise triangle has a negative area.
+    /// True if the triangle faces the viewer. Rows count downwards, so a counter-clockwise triangle
+    /// has a negative area.
     fn is_front(&self) -> bool {
         self.area < 0.0
     }
 
-    /// Twice the signed area of the triangle of two corners and a point.
+    /// Returns twice the signed area of the triangle of two corners and a point.
     fn twice_area(&self, i: usize, j: usize, x: f64, y: f64) -> f64 {
         (self.x[j] - self.x[i]) * (y - self.y[i]) - (self.y[j] - self.y[i]) * (x - self.x[i])
     }
 
-    /// Weight of each corner at a position.
+    /// Returns the weight of each corner at a position.
     fn weights(&self, x: f64, y: f64) -> [f64; 3] {
         [(1, 2), (2, 0), (0, 1)].map(|(i, j)| self.twice_area(i, j, x, y) / self.area)
     }
 
-    /// Distance in samples from a point inside to the nearest side.
+    /// Returns the distance in samples from a point inside to the nearest side.
     fn to_side(&self, x: f64, y: f64) -> f64 {
         let distance = |(i, j): (usize, usize)| {
             let length = (self.x[j] - self.x[i]).hypot(self.y[j] - self.y[i]);
@@ -307,8 +308,8 @@ impl Flat {
         [(1, 2), (2, 0), (0, 1)].map(distance).into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the columns that the row through `y` may have in the triangle, with one more on both
-    /// sides.
+    /// Returns the columns that the row through `y` may have in the triangle, with one more column
+    /// on each side.
     fn columns(&self, y: f64, width: usize) -> std::ops::Range<usize> {
         let crossings = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(|(i, j)| {
             let (low, high) = (self.y[i].min(self.y[j]), self.y[i].max(self.y[j]));
@@ -319,7 +320,7 @@ impl Flat {
     }
 }
 
-/// Returns the range from the smallest to the largest value, within 0 to `end`; empty for no
+/// Returns the range from the smallest to the largest value, within 0 to `end`; empty without
 /// values.
 fn span(values: impl Iterator<Item = f64>, end: usize) -> std::ops::Range<usize> {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));

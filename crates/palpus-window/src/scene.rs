@@ -19,9 +19,9 @@ pub struct Look {
     pub pieces: bool,
     /// True if the triangles' sides are drawn.
     pub wireframe: bool,
-    /// True if bodies behind it are visible through it.
+    /// True if bodies behind this body are visible through it.
     pub translucent: bool,
-    /// True if it is translucent only around a probe that it hides.
+    /// True if the body is translucent only around a probe that it hides.
     pub xray: bool,
 }
 
@@ -34,13 +34,13 @@ pub struct ShownBody {
     pub solid: Arc<Solid>,
     /// Pose of the body in the world.
     pub pose: Pose,
-    /// Its colour, if its pieces have none.
+    /// Colour of the body, if its pieces have no colours.
     pub colour: Rgb,
     /// Its drawing style.
     pub look: Look,
 }
 
-/// Everything in one picture.
+/// The content of one picture.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The bodies: in the scene of a run the probe, the environment, the other probes and the
@@ -63,7 +63,7 @@ pub struct Scene {
 }
 
 impl Default for Scene {
-    /// An empty scene.
+    /// Returns an empty scene.
     fn default() -> Self {
         Self {
             bodies: Vec::new(),
@@ -104,7 +104,7 @@ pub enum BodyPart {
 }
 
 impl BodyPart {
-    /// Name of the role.
+    /// Returns the name of the role.
     pub fn name(self) -> String {
         match self {
             Self::Probe => "probe".to_owned(),
@@ -114,7 +114,7 @@ impl BodyPart {
         }
     }
 
-    /// Colour of the role in a theme.
+    /// Returns the colour of the role in a theme.
     pub fn colour(self, theme: Theme) -> Rgb {
         let colours = theme.colours();
         match self {
@@ -126,7 +126,7 @@ impl BodyPart {
 }
 
 /// The window lists the drawing styles of at most this many bodies, because a longer list would
-/// fill it.
+/// fill the window.
 #[cfg(feature = "gui")]
 pub(crate) const LISTED: usize = 4;
 
@@ -155,8 +155,8 @@ impl Scene {
         }
     }
 
-    /// Returns the regions of the bodies that hands hold, in a picture of this many pixels;
-    /// `nominal` of them make one pixel of a nominal picture.
+    /// Returns the x-ray regions of the bodies that hands hold, in a picture of `size` pixels;
+    /// `nominal` pixels make one pixel of a nominal picture.
     pub(crate) fn xrays(&self, camera: &Camera, size: [f64; 2], nominal: f64) -> Vec<XRay> {
         let held = self.bodies.iter().filter(|body| matches!(body.part, BodyPart::Probe | BodyPart::OtherProbe(_)));
         held.filter_map(|body| XRay::around(&body.solid, &body.pose, camera, size, nominal)).collect()
@@ -169,7 +169,7 @@ impl Scene {
         apart(low).max(apart(high)) > APART * (high - low).length()
     }
 
-    /// True if the grip of the hand is so far from the grip of the tool that both are marked.
+    /// True if the grip of the hand is so far from the grip of the tool that both grips are marked.
     pub(crate) fn is_grip_apart(&self) -> bool {
         let (Some(moment), Some(probe)) = (&self.moment, self.bodies.first()) else { return false };
         let (low, high) = probe.solid.bounds();

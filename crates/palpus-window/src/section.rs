@@ -3,9 +3,10 @@
 //! A *section* is a grid of points on a plane perpendicular to one of the model's axes. At each
 //! point three values are computed:
 //!
-//! * *felt depth*: a probe as small as a point ([`POINT`]) is placed there and queried as in the
-//!   servo loop ([`ContactQuery`], without memory of other points). The felt depth is the depth of
-//!   the deepest contact, which eq. 5 uses, minus the probe's own size. It is zero without contact;
+//! * *felt depth*: a probe as small as a point ([`POINT`]) is placed at the point and queried as in
+//!   the servo loop ([`ContactQuery`], without memory of other points). The felt depth is the
+//!   depth of the deepest contact, which the paper's eq. 5 uses, minus the probe's own size. The
+//!   felt depth is zero without contact;
 //! * *distance*: the distance to the nearest point of the mesh, on either side;
 //! * *inside*: whether the point is inside the mesh, if the mesh is closed.
 //!
@@ -55,7 +56,7 @@ impl Axis {
         }
     }
 
-    /// Its letter.
+    /// Returns the axis's letter.
     pub fn name(self) -> &'static str {
         ["x", "y", "z"][self.coordinates()[0]]
     }
@@ -99,8 +100,8 @@ impl SectionPlane {
         [[bounds.min[right] - margin, bounds.min[up] - margin], [bounds.max[right] + margin, bounds.max[up] + margin]]
     }
 
-    /// Returns the line segments in which `polygons` intersect the plane: right and up of both
-    /// ends. A polygon is convex and given by its corners.
+    /// Returns the line segments in which `polygons` intersect the plane: the coordinates of both
+    /// ends, to the right and up. A polygon is convex and given by its corners.
     pub(crate) fn cut<'a>(&self, polygons: impl Iterator<Item = Vec<DVec3>> + 'a) -> Vec<[[f64; 2]; 2]> {
         let [across, right, up] = self.axis.coordinates();
         let height = |p: &DVec3| p[across] - self.offset;
@@ -125,7 +126,7 @@ impl SectionPlane {
 pub struct Felt {
     /// Distance to the nearest point of the mesh, m.
     pub distance: f64,
-    /// True if the point is inside a closed mesh; false for an open one.
+    /// True if the point is inside a closed mesh; false for an open mesh.
     pub inside: bool,
     /// Depth of the deepest contact, m; zero without contact.
     pub depth: f64,
@@ -145,7 +146,7 @@ impl Feeler {
     /// Fails if the body is so small that no smaller probe exists.
     pub fn new(body: &Arc<Body>) -> Result<Self, BodyError> {
         let radius = POINT * body.size();
-        // Rotated, so that no face of it is parallel to typical faces of models.
+        // Rotated, so that no face of the probe is parallel to typical faces of models.
         let axes = TURNED.map(|axis| DVec3::from_array(axis) * radius);
         let corners: Vec<DVec3> = axes.iter().flat_map(|&axis| [axis, -axis]).collect();
         let probe = Arc::new(Body::from_convex(&corners)?);
@@ -172,7 +173,7 @@ impl Feeler {
     }
 }
 
-/// Orthonormal: columns (6, 3, 2)/7 and its like.
+/// Orthonormal axes (6, 3, 2)/7, with permuted components and signs.
 const TURNED: [[f64; 3]; 3] =
     [[6.0 / 7.0, 3.0 / 7.0, 2.0 / 7.0], [-3.0 / 7.0, 2.0 / 7.0, 6.0 / 7.0], [2.0 / 7.0, -6.0 / 7.0, 3.0 / 7.0]];
 
@@ -237,12 +238,12 @@ impl Section {
         (0..self.columns).map(|column| feeler.feel(self.point(column, row))).collect()
     }
 
-    /// Position of a sample.
+    /// Returns the position of a sample.
     pub fn point(&self, column: usize, row: usize) -> DVec3 {
         self.plane.point(self.low[0] + column as f64 * self.cell, self.low[1] + row as f64 * self.cell)
     }
 
-    /// Values at a sample; `None` if not computed yet.
+    /// Returns the values at a sample; `None` if not computed yet.
     pub fn at(&self, column: usize, row: usize) -> Option<&Felt> {
         self.samples.get(row * self.columns + column)
     }

@@ -30,7 +30,7 @@ pub enum Shown {
 const CONTOURS: f64 = 7.0;
 /// With more pieces than this, outlines are not drawn, since they would cover the picture.
 const MOST_OUTLINED: usize = 300;
-/// Nominal pixels.
+/// Lengths, nominal pixels.
 const STRIPE: f64 = 5.0;
 const OUTLINE: f64 = 1.1;
 const CONTOUR: f64 = 0.55;
@@ -82,8 +82,8 @@ pub(crate) struct Range {
     pub(crate) step: f64,
 }
 
-/// Draws one panel without text, `width` by `height` pixels. `deepest`: depth with the last colour
-/// of the scale.
+/// Draws one panel without text, `width` by `height` pixels. `deepest`: depth with the last
+/// colour of the scale.
 pub fn paint_section_panel(
     shown: &SectionOf<'_>,
     which: Shown,
@@ -96,15 +96,15 @@ pub fn paint_section_panel(
     paint_panel(shown, which, &Range { deepest, step }, theme, width, height)
 }
 
-/// Distance between contour lines for depths up to `deepest`: a round length.
+/// Returns the distance between contour lines for depths up to `deepest`: a round length.
 pub fn contour_step(deepest: f64, unit: Unit) -> f64 {
     round_length(deepest / CONTOURS * STEP_UP, unit).0
 }
 
-/// The factor makes the rounded-down result close to the requested number.
+/// This factor brings the number of contours, after rounding down, close to [`CONTOURS`].
 const STEP_UP: f64 = 1.5;
 
-/// Colour of a depth that is the share `part` of the deepest one.
+/// Returns the colour of a depth that is the share `part` of the deepest depth.
 pub fn depth_colour(part: f64) -> Rgb {
     let at = part.clamp(0.0, 1.0) * (DEPTHS.len() - 1) as f64;
     let k = (at as usize).min(DEPTHS.len() - 2);
@@ -115,7 +115,7 @@ pub fn depth_colour(part: f64) -> Rgb {
     [mix(0), mix(1), mix(2)]
 }
 
-/// The distance between contour lines outside.
+/// Returns the distance between contour lines outside.
 pub(crate) fn outside_step(section: &Section, unit: Unit) -> f64 {
     let farthest = section.samples.iter().filter(|felt| !felt.inside && felt.distance.is_finite());
     contour_step(farthest.map(|felt| felt.distance).fold(0.0, f64::max), unit)
@@ -138,7 +138,7 @@ fn kind(felt: &Felt, closed: bool, which: Shown) -> Kind {
     }
 }
 
-/// Value that colours a sample; outside it is always the distance.
+/// Returns the value that colours a sample; outside it is always the distance.
 fn value(felt: &Felt, kind: Kind, which: Shown) -> f64 {
     match (kind, which) {
         (Kind::Outside, _) | (_, Shown::True) => felt.distance,
@@ -231,7 +231,8 @@ fn mixed(section: &Section, at: [f64; 2], which: Shown) -> Option<(Kind, f64)> {
     Some((own, if weight > 0.0 { sum / weight } else { 0.0 }))
 }
 
-/// Paler with the distance, which is given as a share of the picture's size.
+/// Returns a colour that is paler with the distance, given as the share `part` of the picture's
+/// size.
 pub(crate) fn outside_colour(theme: Theme, part: f64) -> Rgb {
     let (near, far) = match theme {
         Theme::Light => ([206, 214, 222], [250, 251, 252]),
@@ -240,7 +241,8 @@ pub(crate) fn outside_colour(theme: Theme, part: f64) -> Rgb {
     encoded(linear(near).lerp(linear(far), (3.0 * part).clamp(0.0, 1.0)))
 }
 
-/// Colour of a missing depth, by its share of the deepest. From a fifth on it is fully saturated.
+/// Returns the colour of a missing depth, by its share of the deepest depth. From a fifth on, the
+/// colour is fully saturated.
 fn missing_colour(theme: Theme, part: f64) -> Rgb {
     let none = match theme {
         Theme::Light => [246, 246, 246],
@@ -250,7 +252,7 @@ fn missing_colour(theme: Theme, part: f64) -> Rgb {
     encoded(linear(none).lerp(linear(full), (part.abs() / FULLY_MISSING).min(1.0)))
 }
 
-/// Share of the deepest depth that is fully saturated.
+/// Share of the deepest depth from which a missing depth is fully saturated.
 const FULLY_MISSING: f64 = 0.2;
 
 /// Draws contour lines at the multiples of the step, by marching squares over cells whose corners
@@ -271,7 +273,7 @@ fn contours(section: &Section, which: Shown, wanted: Kind, step: f64) -> Vec<[[f
             let [Some(a), Some(b), Some(c), Some(d)] = around.map(|(column, row)| corner(column, row)) else {
                 continue;
             };
-            // Two triangles, so that no cell is ambiguous.
+            // Each cell is divided into two triangles, so that its contour lines are unambiguous.
             for triangle in [[a, b, c], [a, c, d]] {
                 cross_levels(&triangle, step, &mut lines);
             }
@@ -305,10 +307,10 @@ fn cross_levels(triangle: &[([f64; 2], f64); 3], step: f64, lines: &mut Vec<[[f6
     }
 }
 
-/// A cell that more levels cross is a discontinuity and gets no lines.
+/// A cell that is crossed by more levels than this is a discontinuity and gets no lines.
 const MOST_LEVELS: f64 = 50.0;
 
-/// Draws the outlines of the pieces on the plane, unless there are too many.
+/// Returns the outlines of the pieces on the plane, unless there are too many.
 fn cut_pieces(shown: &SectionOf<'_>) -> Vec<[[f64; 2]; 2]> {
     let (plane, across) = (&shown.section.plane, shown.section.plane.axis.coordinates()[0]);
     let is_cut = |vertices: &[DVec3]| {

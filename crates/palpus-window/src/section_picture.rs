@@ -1,7 +1,7 @@
 //! A section as a page: the felt depth, the true depth, and their difference.
 //!
-//! 1. Panels are arranged side by side or one above the other, whichever makes them larger. An open
-//!    mesh has no inside, so it has only the felt depth.
+//! 1. Panels are arranged side by side or one above the other, so that they are as large as
+//!    possible. An open mesh has no inside, so it has only the felt depth.
 //! 2. A scale with its unit and a legend of the colours are added.
 
 use crate::letters;
@@ -14,7 +14,7 @@ use crate::section_panel::{
 use crate::sheet::{Area, Sheet, WORD_SIZE};
 use crate::style::Style;
 
-/// Nominal pixels.
+/// Lengths, nominal pixels.
 const SCALE_ROOM: f64 = 104.0;
 const SCALE_WIDTH: f64 = 16.0;
 const GAP: f64 = 12.0;

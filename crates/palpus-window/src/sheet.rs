@@ -5,16 +5,16 @@ use crate::marks::NOMINAL_HEIGHT;
 use crate::picture::{Picture, Rgb};
 use crate::style::{Colours, Style};
 
-/// Nominal pixels.
+/// Lengths, nominal pixels.
 const MARGIN: f64 = 22.0;
 const TITLE_SIZE: f64 = 19.0;
 pub(crate) const WORD_SIZE: f64 = 13.0;
-/// Heights of the title and caption above, and of the legend below.
+/// Heights of the head (title and caption) and of the legend, nominal pixels.
 const HEAD: f64 = 98.0;
 const LINE: f64 = 1.7 * WORD_SIZE;
 const FOOT: f64 = 46.0;
 
-/// Pixels: left, top, width, height.
+/// A part of a page, pixels: left, top, width, height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Area {
     pub(crate) x: f64,
@@ -24,8 +24,8 @@ pub(crate) struct Area {
 }
 
 impl Area {
-    /// Returns the part from `low` to `high` of its width and of its height, with `gap` pixels left
-    /// free on all sides.
+    /// Returns the part between two shares of the width (`across`) and of the height (`down`), with
+    /// `gap` pixels left free on all sides.
     pub(crate) fn part(&self, across: [f64; 2], down: [f64; 2], gap: f64) -> Self {
         Self {
             x: self.x + across[0] * self.width + gap,
@@ -35,7 +35,7 @@ impl Area {
         }
     }
 
-    /// Whole pixels: column, row, width, height.
+    /// Returns whole pixels: column, row, width, height.
     pub(crate) fn pixels(&self) -> [usize; 4] {
         let to = |end: f64, from: usize| (end as usize).saturating_sub(from).max(1);
         let (x, y) = (self.x as usize, self.y as usize);
@@ -56,7 +56,7 @@ impl Sheet {
     /// Creates an empty page with its title and caption.
     pub(crate) fn new(width: usize, height: usize, style: &Style, title: &str, caption: &[String]) -> Self {
         let colours = style.theme.colours();
-        // The font is small enough for the width too.
+        // In narrow pages, the width limits the size of the text.
         let scale = (height as f64 / NOMINAL_HEIGHT).min(width as f64 / NOMINAL_WIDTH);
         let mut sheet =
             Self { picture: Picture::new(width, height, colours.above), colours, scale, words: style.words };
@@ -69,7 +69,7 @@ impl Sheet {
         sheet
     }
 
-    /// The free area between the texts above and below.
+    /// Returns the free area between the texts above and below.
     pub(crate) fn area(&self) -> Area {
         let (head, foot) = if self.words { (HEAD * self.scale, FOOT * self.scale) } else { (0.0, 0.0) };
         let (width, height) = (self.picture.width() as f64, self.picture.height() as f64);

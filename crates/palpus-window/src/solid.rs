@@ -10,8 +10,8 @@ use palpus::body::{Body, Polytope};
 
 /// cos 40°: a larger angle between triangles looks like an edge.
 const CREASE: f64 = 0.766;
-/// Vertices with more triangles than this are not smoothed, because the work grows with the square
-/// of the number.
+/// Vertices with more triangles than this are not smoothed, because the work grows with the
+/// square of the number.
 const MOST_ROUND: usize = 96;
 
 /// Triangles of one body, in the body's frame.

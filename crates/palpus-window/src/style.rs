@@ -14,11 +14,12 @@ pub struct Style {
     pub contacts: bool,
     /// True if the force of each cluster is drawn as an arrow.
     pub clusters: bool,
-    /// True if these arrows have the colours of the contacts, as in the paper's Figure 4, instead
-    /// of their own colour.
+    /// True if these arrows have the colours of the contacts, as in the paper's Figure 4,
+    /// instead of their own colour.
     pub clusters_as_contacts: bool,
-    /// True if the wrench at the grip is drawn as an arrow and a turning arrow. The grip of the tool is
-    /// marked too, and the grip of the hand if it is elsewhere, with a line between them.
+    /// True if the wrench at the grip is drawn as an arrow and a turning arrow. The grip of the
+    /// tool is marked too, and the grip of the hand if it is at another place, with a line between
+    /// both.
     pub wrench: bool,
     /// True if points with friction are drawn.
     pub anchors: bool,
@@ -40,7 +41,7 @@ impl Default for Style {
     }
 }
 
-/// True if the ground is drawn.
+/// A theme: dark on light, or light on dark.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
     /// Dark on light, for paper.
@@ -68,7 +69,7 @@ pub(crate) struct Colours {
     pub(crate) torque: Rgb,
     pub(crate) anchor: Rgb,
     pub(crate) sliding: Rgb,
-    /// Colour of the compared curve.
+    /// Colour of the curve with other settings.
     #[cfg(feature = "gui")]
     pub(crate) compared: Rgb,
     /// Colours of the patches of contact, for light and for hard pressure.
@@ -152,8 +153,8 @@ impl Theme {
     }
 }
 
-/// Converts sRGB to linear light. The curve is a plain square, which is close to sRGB's and exact
-/// on every machine.
+/// Converts sRGB to linear light. The curve is a plain square, which is close to the curve of sRGB
+/// and exact on every machine.
 pub(crate) fn linear(colour: Rgb) -> DVec3 {
     let part = |c: u8| (f64::from(c) / 255.0).powi(2);
     DVec3::new(part(colour[0]), part(colour[1]), part(colour[2]))

@@ -1,8 +1,8 @@
 //! Transparency of bodies around a probe that they hide.
 //!
-//! In the picture, the probe is a capsule about its longest axis. A body is transparent where it is
-//! nearer to the camera than the capsule and covers it, and opaque beyond a soft edge. The touched
-//! place is therefore visible, and the body keeps its shape.
+//! In the picture, the probe is a capsule about its longest axis. A body is transparent where it
+//! covers the capsule and is nearer to the camera, and opaque beyond a soft edge. The touched place
+//! is therefore visible, and the body keeps its shape.
 
 use glam::{DVec2, DVec3};
 use palpus::algebra::Pose;
@@ -12,9 +12,9 @@ use crate::solid::Solid;
 
 /// Width of the transparent margin around the probe, pixels of a nominal picture.
 const AROUND: f64 = 16.0;
-/// The radius at which a body is opaque again, relative to the radius at which it is transparent.
+/// Radius at which a body is opaque again, divided by the radius at which it is transparent.
 const SOFT: f64 = 1.45;
-/// Pixels.
+/// Distance from the edge within which a pixel counts as on the edge, pixels.
 const EDGE: f64 = 3.0;
 
 /// A capsule in a picture.
@@ -61,7 +61,7 @@ impl XRay {
         ((pixel - self.nearest(pixel).truncate()).length() - SOFT * self.radius).abs() < EDGE
     }
 
-    /// Corners of the rectangle outside of which a body is opaque, pixels.
+    /// Returns the corners of the rectangle outside of which a body is opaque, pixels.
     #[cfg(feature = "gui")]
     pub(crate) fn bounds(&self) -> [DVec2; 2] {
         let [one, other] = self.ends.map(DVec3::truncate);
@@ -77,8 +77,8 @@ impl XRay {
         one.lerp(other, part.clamp(0.0, 1.0))
     }
 
-    /// Opacity of a body at a pixel, at this distance from the camera (m): 0 is transparent, 1
-    /// opaque.
+    /// Returns the opacity of a body at a pixel, at the distance `depth` from the camera (m): 0 is
+    /// transparent, 1 opaque.
     pub(crate) fn solidity(&self, pixel: DVec2, depth: f64) -> f64 {
         let nearest = self.nearest(pixel);
         let beside = smooth(self.radius, SOFT * self.radius, (pixel - nearest.truncate()).length());

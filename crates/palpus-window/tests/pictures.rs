@@ -21,7 +21,7 @@ fn cuboid(half: DVec3) -> Arc<Body> {
     Arc::new(Body::from_convex(&points).expect("the box has a hull"))
 }
 
-/// A box that leans on a table with one edge, `height` metres above contact.
+/// Returns a box that leans on a table with one edge, `height` metres above contact.
 fn leaning(height: f64) -> Scene {
     let (probe, table) = (cuboid(DVec3::new(0.02, 0.015, 0.01)), cuboid(DVec3::new(0.05, 0.04, 0.01)));
     let settings = Settings { patch_angle: None, ..Settings::default() };
@@ -52,7 +52,7 @@ fn framed(scene: &Scene, view: View) -> Camera {
     Camera::framing(scene.corners(), view, WIDTH as f64 / HEIGHT as f64)
 }
 
-/// A style that shows only the bodies.
+/// Returns a style that shows only the bodies.
 fn bare() -> Style {
     Style { contacts: false, clusters: false, wrench: false, anchors: false, words: false, ..Style::default() }
 }
@@ -202,7 +202,7 @@ fn grip_is_marked_where_the_hand_has_it() {
     moment.hand += DVec3::X * 0.02;
     let (hand, tool) = (moment.hand, moment.grip);
     let apart = taken(&scene, view, &style);
-    // At the hand, and half way from there to the tool.
+    // The place of the hand's grip, and the place half way from there to the tool's grip.
     let changed = differences(&together, &apart);
     for point in [hand, hand.lerp(tool, 0.5)] {
         let place = camera.project(point, WIDTH as f64, HEIGHT as f64).expect("ahead of the eye");
@@ -224,7 +224,7 @@ fn every_request_gives_a_picture() {
     assert_eq!(paint(&nothing, &camera, &Style::default(), 16, 16).width(), 16);
 }
 
-/// A block in the shape of an L, two units wide.
+/// Returns a block in the shape of an L, two units wide.
 fn l_block() -> Body {
     let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
     let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.map(|(x, y)| DVec3::new(x, y, z))).collect();

@@ -11,7 +11,7 @@ use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Returns `n` contacts scattered over a sphere. They differ from tick to tick.
+/// Returns `n` contacts scattered over a sphere, different in each tick.
 fn contacts(n: u32, tick: u32) -> Vec<Contact> {
     let spin = |k: u32, step: f64| f64::from(k.wrapping_mul(2_654_435_761)) * step + 0.1 * f64::from(tick);
     (0..n)
@@ -49,8 +49,8 @@ fn the_force_stage_does_not_allocate() {
         twist: Twist::default(),
         pressed: 0.0,
     };
-    // Ticks with no contacts, a few contacts, as many as fit, and far too many. Some clusters are
-    // cut, and contacts appear and disappear.
+    // Ticks with no contacts, a few contacts, as many contacts as fit, and far too many. Some
+    // clusters are cut, and contacts appear and disappear.
     let ticks: Vec<_> = [0, 3, 40, 300, 900, 2000, 7, 0, 150].iter().zip(0..).map(|(&n, t)| contacts(n, t)).collect();
     let before = allocations_of_this_thread();
     assert!(before > 0, "the counting allocator is not installed");

@@ -1,4 +1,4 @@
-//! Regression tests for cases that fuzzing found, named by their symptoms.
+//! Regression tests for cases that fuzzing found. Each test is named by the symptom.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -134,8 +134,8 @@ fn a_march_does_not_end_at_a_very_short_edge() {
     }
 }
 
-/// The hull has two vertices that differ only by rounding errors, so its bulge is not larger than
-/// rounding errors. The march ended with a distance that was 2.6 % too large.
+/// The hull has two vertices that differ only by rounding errors. The march ended with a
+/// distance that was 2.6 % too large.
 #[test]
 fn a_march_does_not_end_at_a_duplicate_vertex() {
     let points = |list: &[[f64; 3]]| list.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>();

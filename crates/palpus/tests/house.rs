@@ -1,9 +1,11 @@
 //! Tests the rules of ARCHITECTURE.md about imports.
 //!
-//! 1. A room (top-level module) of the engine imports only rooms that sort before it.
+//! 1. A room (top-level module) of the engine imports only rooms that come before it in the
+//!    alphabet.
 //! 2. Imports between the members of a folder form no cycles. A file and the folder of its name
 //!    count as one member. Tests are ignored.
-//! 3. A crate imports another crate only if the drawing in ARCHITECTURE.md has that arrow.
+//! 3. A crate imports another crate only if the drawing in ARCHITECTURE.md has an arrow between the
+//!    two.
 //!
 //! A file imports the targets of all paths in it, both in `use` and in code. A `pub use` does not
 //! count as an import. A path through a `pub use` counts as an import of the file that defines the
@@ -27,11 +29,11 @@ use house::modules::Modules;
 /// The rooms in their required order.
 const ROOMS: [&str; 7] = ["algebra", "body", "collision", "depth", "detect", "force", "render"];
 
-/// The remaining cycles, as folder and members. No cycle may be added to this list.
+/// The known cycles, as folder and members. Do not add a cycle to this list.
 const ALLOWED_CIRCLES: [&str; 1] = ["detect: belief guard pair query search"];
 
-/// The targets of a crate's arrows: the crates that its product code imports, and the further
-/// crates that its tests and benches import.
+/// The targets of a crate's arrows: first the crates that its product code imports, then the
+/// additional crates that its tests and benches import.
 type Drawn = [&'static [&'static str]; 2];
 const ARROWS: [(&str, Drawn); 11] = [
     ("palpus", [&[], &["palpus-alloc"]]),
@@ -63,7 +65,7 @@ const ARROWS: [(&str, Drawn); 11] = [
 ];
 
 /// Returns a message for each import of crate `name` without an arrow. Tests may import all
-/// crates that the product imports.
+/// crates that the product code imports.
 fn not_drawn(name: &str, needed: &[Vec<String>; 2], drawn: &Drawn) -> Vec<String> {
     let [product, tests] = drawn;
     let is_missing = |known: &[&str], to: &str| !known.contains(&to);
@@ -78,7 +80,7 @@ fn engine(tests: bool) -> Modules {
     Modules::read(&|file| fs::read_to_string(source.join(file)).ok(), tests)
 }
 
-/// Returns a message for each import of a room that does not sort before the importing room.
+/// Returns a message for each import of a room that is not before the importing room in the order.
 fn against_the_order(modules: &Modules, rooms: &[&str]) -> Vec<String> {
     let mut broken = Vec::new();
     for (path, module) in &modules.0 {
@@ -93,8 +95,8 @@ fn against_the_order(modules: &Modules, rooms: &[&str]) -> Vec<String> {
     broken
 }
 
-/// Returns which members of a folder import which others. A file and the folder of its name are one
-/// member.
+/// Returns for each member of a folder the members that it imports. A file and the folder of its
+/// name are one member.
 fn needs(modules: &Modules, folder: &[String]) -> Needs {
     let mut needs = Needs::new();
     let member = |path: &[String]| path.starts_with(folder).then(|| path.get(folder.len()).cloned()).flatten();
@@ -109,7 +111,7 @@ fn needs(modules: &Modules, folder: &[String]) -> Needs {
     needs
 }
 
-/// Returns all cycles in the folders of the engine, each as folder and sorted members.
+/// Returns all cycles in the folders of the engine, each as a folder and its sorted members.
 fn circles_of_rooms(modules: &Modules) -> BTreeSet<String> {
     let folders = modules.0.keys().filter(|path| !path.is_empty());
     folders
@@ -122,7 +124,7 @@ fn circles_of_rooms(modules: &Modules) -> BTreeSet<String> {
 }
 
 #[test]
-fn a_room_imports_only_rooms_that_sort_before_it() {
+fn rooms_import_only_earlier_rooms() {
     let modules = engine(true);
     let rooms: BTreeSet<&str> = modules.0.keys().filter_map(|path| path.first()).map(String::as_str).collect();
     assert_eq!(Vec::from_iter(rooms), ROOMS);

@@ -33,7 +33,7 @@ fn read(path: &Path) -> Fixture {
     fixture
 }
 
-/// Returns the volume and the area of all faces. For a plate, the area is that of the front.
+/// Returns the volume and the area of all faces. For a plate, returns the area of the front.
 fn measure(polytope: &Polytope) -> (f64, f64) {
     let origin = polytope.centroid();
     let (mut volume, mut area) = (0.0, 0.0);

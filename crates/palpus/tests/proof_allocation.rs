@@ -28,7 +28,8 @@ fn proofs_do_not_allocate() {
     assert!(before > 0, "the counting allocator is not installed");
     let mut growths = 0;
     for k in 0..400 {
-        // A slow motion from side to side through the middle, with a jump every 100 poses.
+        // One body moves slowly from side to side through the other body's middle, with a jump
+        // every 100 poses.
         let s = f64::from(k) * 2e-3 + f64::from(k / 100);
         let rotation = DQuat::from_scaled_axis(DVec3::new(0.3, -0.4, 1.0) * s);
         let placement = Pose::new(rotation, DVec3::new(1.2 * s.sin(), 0.1, 0.0)).placement();

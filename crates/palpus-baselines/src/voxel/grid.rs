@@ -20,8 +20,8 @@ impl Grid {
     /// Makes a grid of voxels of `size` (m) around `bounds`, with `margin` additional layers on
     /// each side. Fails if the voxels, with `bytes` each, need more than `memory` bytes.
     ///
-    /// The corner of `bounds` with the least coordinates lies at the centre of a voxel. So flat
-    /// sides there belong to one layer of voxels and not to two.
+    /// The corner of `bounds` with the least coordinates lies at the centre of a voxel. So a flat
+    /// side there belongs to one layer of voxels and not to two.
     pub(super) fn around(
         bounds: &Aabb,
         size: f64,
@@ -32,8 +32,8 @@ impl Grid {
         let origin = bounds.min - DVec3::splat(size * (f64::from(margin) + 0.5));
         let counts = ((bounds.max - origin) / size).floor() + DVec3::splat(f64::from(margin) + 1.0);
         let needed = counts.x * counts.y * counts.z * bytes as f64;
-        // Half of u32 keeps voxel numbers different from the mark for "no voxel", and counts within
-        // i32.
+        // The limit of half of u32 keeps voxel numbers different from the mark for "no voxel", and
+        // counts within i32.
         if needed <= memory as f64 && needed < f64::from(u32::MAX / 2) * bytes as f64 {
             Ok(Self { origin, size, counts: whole(counts) })
         } else {
@@ -66,15 +66,14 @@ impl Grid {
         self.origin + (DVec3::from_array(self.place(voxel).map(f64::from)) + DVec3::splat(0.5)) * self.size
     }
 
-    /// Returns the voxels that share a face with this one: six inside the block, fewer at its
-    /// sides.
+    /// Returns the voxels that share a face with `voxel`: six inside the block, fewer at its sides.
     pub(super) fn beside(&self, voxel: usize) -> impl Iterator<Item = usize> + '_ {
         let [x, y, z] = self.place(voxel);
         let places = [[x - 1, y, z], [x + 1, y, z], [x, y - 1, z], [x, y + 1, z], [x, y, z - 1], [x, y, z + 1]];
         places.into_iter().filter_map(|place| self.at(place))
     }
 
-    /// Returns the voxels that share a corner with this one: 26 inside the block, fewer at its
+    /// Returns the voxels that share a corner with `voxel`: 26 inside the block, fewer at its
     /// sides.
     pub(super) fn around_voxel(&self, voxel: usize) -> impl Iterator<Item = usize> + '_ {
         let [x, y, z] = self.place(voxel);
@@ -107,8 +106,8 @@ fn whole(v: DVec3) -> [i32; 3] {
     v.floor().to_array().map(|k| k as i32)
 }
 
-/// Returns true if a triangle meets a cube. Separating axis test with 13 axes: Akenine-Möller,
-/// *Fast 3D Triangle–Box Overlap Testing*, 2001.
+/// Returns true if a triangle meets a cube. The test uses 13 separating axes (Akenine-Möller, *Fast
+/// 3D Triangle–Box Overlap Testing*, 2001).
 fn meets(corners: &[DVec3; 3], center: DVec3, half: f64) -> bool {
     let [p, q, r] = corners.map(|corner| corner - center);
     let sides = [q - p, r - q, p - r];

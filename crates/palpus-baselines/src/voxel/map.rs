@@ -17,7 +17,7 @@ pub(super) enum Kind {
     Braking,
     /// The force field: the surface, or a layer of proximity voxels outside it.
     Force,
-    /// Behind the force field: proximity layers nearer to the surface, the surface, and the
+    /// Behind the force field: layers between the field and the surface, the surface, and the
     /// interior.
     Behind,
 }
@@ -27,8 +27,8 @@ pub(super) enum Kind {
 pub(super) struct Voxmap {
     grid: Grid,
     kinds: Vec<Kind>,
-    /// The nearest voxel of the field, for voxels behind the field and for the field itself;
-    /// otherwise [`NONE`].
+    /// The nearest voxel of the force field, for voxels in the field and behind it; otherwise
+    /// [`NONE`].
     field: Vec<u32>,
 }
 
@@ -39,7 +39,8 @@ const BYTES: usize = 1 + 4;
 impl Voxmap {
     /// Makes voxels of `size` (m) whose force field lies `offset` layers outside the surface.
     pub(super) fn new(body: &Body, size: f64, offset: u32, memory: usize) -> Result<Self, BaselineError> {
-        // One more layer is for braking. A last free layer connects all of the outside space.
+        // One additional layer is for braking. Another, free layer connects the whole outside
+        // space.
         let margin = offset.min(MOST_LAYERS) as i32 + 2;
         let grid = Grid::around(&body.mesh().bounds(), size, margin, BYTES, memory)?;
         let surface = surface_voxels(body, &grid);
@@ -77,8 +78,8 @@ fn surface_voxels(body: &Body, grid: &Grid) -> Vec<usize> {
     (0..met.len()).filter(|&voxel| met[voxel]).collect()
 }
 
-/// Marks the surface voxels as the force field and the interior as behind it. For each connected
-/// region of other voxels, one query decides whether it is inside.
+/// Marks surface voxels as the force field and interior voxels as behind it. For each connected
+/// region of other voxels, one query decides whether the region is inside.
 fn solid(body: &Body, grid: &Grid, surface: &[usize]) -> Vec<Kind> {
     let mut kinds: Vec<Option<Kind>> = vec![None; grid.len()];
     surface.iter().for_each(|&voxel| kinds[voxel] = Some(Kind::Force));
@@ -116,8 +117,8 @@ fn next_layer(grid: &Grid, kinds: &mut [Kind], layer: &[usize], kind: Kind) -> V
     next
 }
 
-/// Returns for every voxel of the field and behind it the nearest voxel of the field. The result is
-/// passed on from neighbour to neighbour.
+/// Returns the nearest voxel of the field for each voxel in the field and behind it. The search
+/// spreads from neighbour to neighbour.
 fn nearest_of_field(grid: &Grid, kinds: &[Kind], field: &[usize]) -> Vec<u32> {
     let mut nearest = vec![NONE; grid.len()];
     let mut waiting: VecDeque<usize> = field.iter().copied().collect();
@@ -156,8 +157,8 @@ pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<S
     Ok(outward.into_iter().filter_map(point).collect())
 }
 
-/// If the sum of the unit normals in a voxel is shorter than this, it has no reliable direction, as
-/// for two opposite sides of a sheet. Then the normal of the nearest triangle is used.
+/// If the sum of the unit normals in a voxel is shorter than this, the normal of the nearest
+/// triangle is used instead. An example is a voxel with two opposite sides of a sheet.
 const CANCELLED: f64 = 1e-6;
 
 /// A sample point of the probe's surface.

@@ -6,39 +6,38 @@
 //! 2. *Point shell*: the centres of the probe's surface voxels, at the same voxel size, each with
 //!    the mean inward normal of the surface there.
 //! 3. *Tangent-plane force*: for a point in a voxel of the force field, take the plane through the
-//!    voxel's centre that is perpendicular to the *point's* normal. d is the depth of the point
-//!    below the plane, towards the environment. The force is K d along the normal. So the force
-//!    needs no knowledge of the environment's surface.
-//! 4. *Virtual stiffness*: all forces and torques are added up. With more than ten points in
-//!    contact, the sum is divided by a tenth of their number, so that finer sampling does not make
-//!    the contact stiffer.
+//!    voxel's centre that is perpendicular to the *point's* normal. Here d is the depth of the
+//!    point below the plane, towards the environment. The force is K d along the normal. So the
+//!    force does not depend on the environment's normals.
+//! 4. *Virtual stiffness*: all forces and torques are added up. If more than ten points are in
+//!    contact, the sum is divided by a tenth of their number. So finer sampling does not make the
+//!    contact stiffer.
 //! 5. *Collision offset*: "a short-range force field surrounding the static objects, which repels
 //!    the manipulated object and strives to maintain a voxel-scale minimum separation" (abstract).
 //!    The field is a layer of proximity voxels outside the surface.
 //! 6. *Pre-contact braking* (\[K02 §2.3\]: "braking forces \[30\], which have a viscous nature"): a
 //!    force in the layer outside the field, against the approach velocity of the point.
 //! 7. *Virtual coupling* ("force discontinuities arising from the use of a simple penalty force
-//!    model are mitigated by a dynamic simulation based on virtual coupling", abstract) is not
-//!    part of the force model; [`Coupled`](crate::Coupled) implements it. Without it, this method
-//!    is direct, like the others.
+//!    model are mitigated by a dynamic simulation based on virtual coupling", abstract):
+//!    [`Coupled`](crate::Coupled) implements it. Without the coupling, this method renders
+//!    directly, like the other methods.
 //!
 //! Our choices, since the full text was not at hand:
 //!
-//! * K is a tenth of the settings' k. So a contact of ten or more points is as stiff as one
-//!   contact of the other methods, and a tip of one point is softer. If [`VoxelSettings::full`] is
-//!   1 instead of 10, the points' forces are averaged, and a tip is as stiff as a face.
+//! * K is a tenth of the settings' k. So ten or more points are as stiff as one contact of the
+//!   other methods, and a tip of one point is softer. If [`VoxelSettings::full`] is 1 instead of
+//!   10, the forces of all points are averaged, and a tip is as stiff as a face.
 //! * The default offset equals the contact tolerance t, within half a voxel. So forces begin at the
-//!   same separation as with the other methods. This model has no other tolerance.
-//! * For points behind the field, the plane of the nearest voxel of the field applies, at any depth
-//!   ([`Beyond::Nearest`]). This is better than a field of one layer ([`Beyond::Nothing`]), through
-//!   which a directly rendered hand falls. The latter is our closest reading of the abstract's
-//!   "short-range".
-//! * Braking is off by default. It removes energy from a simulated mass, and direct rendering has
-//!   no such mass.
-//! * Voxels are a dense block instead of a tree with 512 children per node. The results are the
-//!   same, and the memory is bounded ([`VoxelSettings::memory`]).
-//! * The winding number of the mesh decides for each connected region whether it is interior. This
-//!   only determines which voxels are behind the field.
+//!   same separation as in the other methods. This method has no other tolerance.
+//! * Points behind the field use the plane of the nearest voxel of the field, at any depth
+//!   ([`Beyond::Nearest`]). The abstract's "short-range" rather means a field of one layer
+//!   ([`Beyond::Nothing`]). But in direct rendering, a hand would fall through such a field.
+//! * Braking is off by default. Braking removes energy from a simulated mass, and direct rendering
+//!   has no simulated mass.
+//! * Voxels are stored in a dense block instead of a tree with 512 children per node. The results
+//!   are equal, and the memory is bounded ([`VoxelSettings::memory`]).
+//! * The winding number of the mesh decides whether a connected region is interior. This decision
+//!   is used only to find the voxels behind the field.
 
 mod grid;
 mod map;
@@ -205,7 +204,7 @@ mod tests {
         Voxel::new(a, b, settings).expect("the settings are valid")
     }
 
-    /// Half thickness of a small table, m. Its top is at z = 0 of the poses below.
+    /// Half thickness of a small table, m. The poses below are relative to its top.
     const TOP: f64 = 0.005;
 
     fn slab() -> Arc<Body> {
@@ -225,8 +224,8 @@ mod tests {
         Box::new(with(a, b, |settings| settings.contact = contact))
     }
 
-    /// Moves a body down onto the table. The force must agree with a spring of the same stiffness,
-    /// when each surface is known within half a voxel.
+    /// Moves a body down onto the table. The force must agree with a spring of equal stiffness, if
+    /// each surface is moved by at most half a voxel.
     fn down(a: Arc<Body>, lowest: f64, slack: f64) {
         let mut method = with(a, slab(), |_| ());
         for tick in 0..50 {
@@ -242,7 +241,8 @@ mod tests {
 
     #[test]
     fn ball_and_box_on_a_table_are_pushed_up_within_a_voxel() {
-        // Half a voxel for each surface; half of the voxel's diagonal for round surfaces.
+        // The error is half a voxel for each flat surface, and half of the voxel's diagonal for
+        // each round surface.
         down(block(), -0.015, VOXEL + 1e-9);
         down(testing::ball(), -0.012, 1.5 * VOXEL);
     }

@@ -62,8 +62,8 @@ pub(crate) enum BenchCommand {
         /// Only this scene.
         #[arg(long, value_name = "NAME")]
         scene: Option<String>,
-        /// Measures parts with a known play too. The folder, or a folder in it, has their models;
-        /// missing models are left out.
+        /// Also measures parts with a known play. Their models are in this folder or in its
+        /// subfolders; parts without models are left out.
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
         /// Another engine: its name and the folder of its answers, with one file SCENE.csv for
@@ -78,8 +78,8 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "S", value_parser = seconds)]
         seconds: Option<f64>,
     },
-    /// Times the engine step against the number of triangles and of contacts, and on real pairs;
-    /// plots, CSV, JSON and text.
+    /// Times the engine step against the number of triangles, against the number of contacts, and
+    /// on real pairs. Writes plots, CSV, JSON and text.
     #[command(
         after_help = "Example:\n  palpus bench scale --models models --out scale\n\nbenches/peers/coal_scale.py runs this and times Coal's tolerance query on the same poses."
     )]
@@ -117,8 +117,8 @@ pub(crate) enum BenchCommand {
         /// Ticks per case.
         #[arg(long, value_name = "N", default_value_t = 2000, value_parser = ticks)]
         ticks: usize,
-        /// Poses of each case at which the wrench is compared with the truth. For threads, each
-        /// pose takes seconds.
+        /// Number of poses of each case at which the wrench is compared with the truth. For screw
+        /// threads, each pose takes seconds.
         #[arg(long, value_name = "N", default_value_t = 24)]
         truths: usize,
         /// Only the cases whose names begin with this text.

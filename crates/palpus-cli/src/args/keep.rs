@@ -7,7 +7,8 @@ use clap::Args;
 /// See the module's description.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct KeepArguments {
-    /// Overwrites a recording of the same name. By default the new one gets a number: run-2.csv.
+    /// Overwrites a recording of the same name. By default the new recording gets a number:
+    /// run-2.csv.
     #[arg(long)]
     pub(crate) force: bool,
     /// The largest size of a recording on disk, such as 500MB, or `none`. The first half of the
@@ -48,7 +49,7 @@ fn size(text: &str) -> Result<Size, String> {
 }
 
 impl KeepArguments {
-    /// The file of the fault log: `Some(None)` for the default one, `None` for no log.
+    /// Returns the file of the fault log: `Some(None)` for the default file, `None` for no log.
     pub(crate) fn fault_log(&self) -> Option<Option<&Path>> {
         match self.fault_log.as_deref() {
             Some(file) if file == Path::new("none") => None,

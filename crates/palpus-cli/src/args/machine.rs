@@ -11,7 +11,7 @@ use crate::durations::{Span, seconds};
     after_help = "Examples:\n  palpus doctor\n  palpus doctor --scene intestine --duration 30 --json\n\nMeasures a bare timer at 1 kHz and the scene's loop, each for the duration, and then the timer at rates from 500 Hz to 10 kHz, each for a fifth of\nthe duration. It asks for the same priority and memory as `palpus run`.\nExit status: 0 if the machine holds 1 kHz, 1 if not."
 )]
 pub(crate) struct DoctorArguments {
-    /// The scene whose steps are timed: a built-in one (`palpus run --list`) or a scene file
+    /// The scene whose steps are timed: a built-in scene (`palpus run --list`) or a scene file
     /// (TOML).
     #[arg(long, default_value = "spoon-cup", value_name = "NAME")]
     pub(crate) scene: String,
@@ -34,7 +34,7 @@ pub(crate) struct SoakArguments {
     /// Duration of the run: 90s, 10m, 1h, 1h30m.
     #[arg(long, default_value = "10m", value_name = "TIME")]
     pub(crate) duration: Span,
-    /// How long the bare timer is measured before and after; 0 skips it.
+    /// How long the bare timer is measured before and after the run; 0 skips this.
     #[arg(long, default_value = "20s", value_name = "TIME")]
     pub(crate) timer: Span,
     /// Seed of the motion of the hand.

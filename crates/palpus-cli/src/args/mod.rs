@@ -24,7 +24,7 @@ pub(crate) use run::{ExportArguments, RunArguments};
 
 /// 6-degree-of-freedom haptic rendering between triangle meshes.
 ///
-/// Without a command it runs a spoon in a cup in a simulated hand at 1 kHz
+/// Without a command, palpus simulates a hand with a spoon in a cup at 1 kHz
 /// (`palpus run spoon-cup`).
 #[derive(Debug, Parser)]
 #[command(
@@ -98,7 +98,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// The command that runs if none is given.
+    /// Returns the command that runs if the user names no command.
     pub(crate) fn demonstration() -> Self {
         Self::Run(Box::new(RunArguments { scene: "spoon-cup".into(), ..RunArguments::parse_from(["run"]) }))
     }
@@ -115,7 +115,7 @@ pub(crate) struct ManArguments {
     pub(crate) markdown: bool,
 }
 
-/// The program's commands, as a tree.
+/// Returns the program's commands, as a tree.
 pub(crate) fn command_tree() -> clap::Command {
     let mut tree = Arguments::command();
     tree.build();
@@ -127,7 +127,7 @@ pub(crate) fn completions(shell: clap_complete::Shell) {
     clap_complete::generate(shell, &mut Arguments::command(), "palpus", &mut std::io::stdout());
 }
 
-/// Which files a scene may name, by `--allow-outside`.
+/// Returns which files a scene may name, depending on `--allow-outside`.
 pub(crate) fn file_policy(allow_outside: bool) -> FilePolicy {
     if allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside }
 }

@@ -32,8 +32,8 @@ pub(crate) struct QueryArguments {
     /// Writes every single contact to this file (CSV).
     #[arg(long, value_name = "C.csv")]
     pub(crate) contacts: Option<PathBuf>,
-    /// Uses the haptic walk alone, without proof that a depth is the smallest; certified is then
-    /// false in overlap.
+    /// Uses only the fast local search of the servo loop, without proof that a depth is the
+    /// smallest; certified is then false in overlap.
     #[arg(long)]
     pub(crate) local: bool,
 }
@@ -68,8 +68,8 @@ pub(crate) struct PairArguments {
     /// The unit of the models' coordinates, for a gap with a unit: m, cm, mm, inch, …
     #[arg(long, value_name = "UNIT", default_value = "mm")]
     pub(crate) unit: String,
-    /// Largest number of evaluations for a pose. If it is reached, the bounds are farther apart
-    /// than the gap and certified is false.
+    /// Largest number of evaluations for a pose. If this number is reached, the bounds are farther
+    /// apart than the gap and certified is false.
     #[arg(long, value_name = "N", default_value_t = DEPTH_BUDGET)]
     pub(crate) budget: u64,
     /// Accepts only translations from which A can leave B in a straight line, not translations into
@@ -145,8 +145,8 @@ pub(crate) struct ViewArguments {
     /// Shows the convex pieces moved apart by this share of their distance from the middle.
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "0.6")]
     pub(crate) exploded: Option<f64>,
-    /// Shows a piece and its Gauss map: the normals of the mesh, and those that only the hull has.
-    /// Pieces count from 0 [default: the piece with most faces].
+    /// Shows a piece and its Gauss map, with the normals of the mesh and the normals that only the
+    /// hull has. Pieces count from 0 [default: the piece with most faces].
     #[arg(long, value_name = "PIECE", num_args = 0..=1, conflicts_with_all = ["exploded", "depth"])]
     pub(crate) gauss: Option<Option<u32>>,
     /// Shows the felt depth on a plane through the body, and for closed meshes also the true depth.

@@ -33,7 +33,7 @@ pub(crate) struct PictureArguments {
 }
 
 impl Default for PictureArguments {
-    /// The same as without any option.
+    /// Returns the values without any option.
     fn default() -> Self {
         let size = Size([1280, 800]);
         let from = Direction::Oblique;
@@ -55,9 +55,9 @@ impl std::str::FromStr for Size {
     }
 }
 
-/// Pixels: smaller pictures show nothing.
+/// Smallest side of a picture, pixels; smaller pictures show nothing.
 const MIN_SIDE: usize = 16;
-/// Pixels: larger ones need more memory than most machines have.
+/// Largest side of a picture, pixels; larger pictures need more memory than most machines have.
 const MAX_SIDE: usize = 8192;
 
 /// The side from which a picture is taken.
@@ -65,16 +65,16 @@ const MAX_SIDE: usize = 8192;
 pub(crate) enum Direction {
     /// From the front, the right and above.
     Oblique,
-    /// Along +y.
+    /// Looks along +y.
     Front,
-    /// Along −y.
+    /// Looks along −y.
     Back,
-    /// Along +x.
+    /// Looks along +x.
     Left,
-    /// Along −x.
+    /// Looks along −x.
     Right,
-    /// Along −z.
+    /// Looks along −z.
     Top,
-    /// Along +z.
+    /// Looks along +z.
     Bottom,
 }

@@ -25,12 +25,12 @@ pub(crate) struct RunArguments {
     /// `haply` (or `haply:ws://HOST:PORT`), `spacemouse` (or `spacemouse:/dev/hidrawN`),
     /// `force-dimension` or `openhaptics` (or with `:LIBRARY`, the path of the maker's library), or
     /// `bridge:/path/to.sock` or `bridge:udp:127.0.0.1:PORT` for a driver of your own
-    /// (docs/bridge.md). Of several devices of a kind, name one: `haply#ARM`, `force-dimension#2`,
-    /// `openhaptics#NAME`. If the scene has several tools, give the option once for each, in their
-    /// order. See `palpus devices` [default: sim].
+    /// (docs/bridge.md). If there are several devices of a kind, name one: `haply#ARM`,
+    /// `force-dimension#2`, `openhaptics#NAME`. If the scene has several tools, give the option
+    /// once for each tool, in their order. See `palpus devices` [default: sim].
     #[arg(long, value_name = "DEVICE")]
     pub(crate) device: Vec<String>,
-    /// The simulated hand: relaxed, normal, firm, tight or none; once for each tool, as --device
+    /// The simulated hand: relaxed, normal, firm, tight or none; once for each tool, like --device
     /// [default: the scene's, or normal].
     #[arg(long, value_name = "PRESET")]
     pub(crate) hand: Vec<String>,
@@ -60,10 +60,10 @@ pub(crate) struct RunArguments {
     #[arg(long, value_enum, value_name = "METHOD")]
     pub(crate) clustering: Option<ClusteringMethod>,
     /// Damps as soon as the loop has generated any energy. By default, damping begins above the
-    /// energy of half a millimetre at peak force.
+    /// work of the peak force over half a millimetre.
     #[arg(long)]
     pub(crate) passive: bool,
-    /// Opens no window. No window opens either without a display, or with --fast, --json or
+    /// Opens no window. This is the default without a display, and with --fast, --json or
     /// --screenshot.
     #[arg(long)]
     pub(crate) headless: bool,
@@ -100,12 +100,13 @@ pub(crate) struct RunArguments {
     /// Ends the run at the first fault instead of engaging again.
     #[arg(long)]
     pub(crate) stop_on_fault: bool,
-    /// Who enables the force again after three faults in ten seconds: a person (a button of the
-    /// device, G in the window, or r and Enter in the terminal), or the program itself, for tests.
+    /// Selects who enables the force again after three faults in ten seconds: a person (a button of
+    /// the device, G in the window, or r and Enter in the terminal), or the program itself, for
+    /// tests.
     #[arg(long, value_enum, value_name = "WHO", default_value_t = Rearming::Person)]
     pub(crate) rearm: Rearming,
-    /// If the probe starts inside the part, the device leads it out gently before it renders
-    /// contacts. The simulated hand follows.
+    /// If the probe starts inside the part, the device leads the probe out gently before contacts
+    /// are rendered. The simulated hand follows.
     #[arg(long)]
     pub(crate) lead_out: bool,
     /// Gives force only while a button of the device, or G in the window, is held. Always on for
@@ -150,12 +151,12 @@ fn limit(text: &str) -> Result<f64, String> {
     limit.ok_or_else(|| "a limit is a positive number, such as 2.5".to_owned())
 }
 
-/// Decides when the force comes back after three faults in ten seconds.
+/// Decides who enables the force after three faults in ten seconds.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Rearming {
     /// A person.
     Person,
-    /// The engagement, as after any other fault.
+    /// The program, as after any other fault.
     Auto,
 }
 
@@ -173,7 +174,7 @@ impl From<Rearming> for Rearm {
 pub(crate) enum Rendering {
     /// Through a virtual coupling.
     Coupled,
-    /// The probe is where the device is.
+    /// The device moves the tool directly.
     Direct,
 }
 

@@ -1,7 +1,7 @@
 //! `palpus bench depth`: the plots of docs/penetration-depth.md and docs/global-depth.md.
 //!
-//! 1. *What a tilting box feels*: the contact point of a box that tilts on a table, passing through
-//!    flat contact: the exact witness point, and the centre of the contact patch.
+//! 1. *What a tilting box feels*: a box tilts on a table through flat contact. The plot shows the
+//!    exact witness point and the centre of the contact patch.
 //! 2. *Depths of whole bodies* ([`bracket`]).
 
 mod bracket;
@@ -41,8 +41,8 @@ const PRESSED: f64 = 0.0005;
 /// Contact tolerance, m.
 const TOLERANCE: f64 = 0.002;
 
-/// Returns the point where the load acts: the mean of the contacts, by tilt share and engagement;
-/// `None` without contacts.
+/// Returns the point where the load acts: the mean of the contact points, weighted by tilt share
+/// and engagement; `None` without contacts.
 fn middle(contacts: &[Contact]) -> Option<DVec3> {
     let corners: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, TOLERANCE)).collect();
     let mut shares = TiltShares::new(corners.len());

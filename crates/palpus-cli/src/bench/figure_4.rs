@@ -55,7 +55,7 @@ pub(super) fn figure_4(out: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The tick of the script that is most like the paper's.
+/// Returns the moment of the script that is most like the paper's picture.
 fn choose(stage: &Stage, renderer: &mut Renderer) -> (Moment, Description) {
     let clock = WallClock::new();
     let mut best: Option<(f64, Moment, Description)> = None;
@@ -67,8 +67,8 @@ fn choose(stage: &Stage, renderer: &mut Renderer) -> (Moment, Description) {
         let forces = &tick.forces;
         let penetrating = forces.clusters.iter().filter(|cluster| cluster.separation < 0.0).count();
         let disjoint = forces.clusters.len() - penetrating;
-        // Among ticks equally close to the paper's, takes the one whose smallest force is largest,
-        // so that every arrow can be seen.
+        // Among ticks equally close to the paper's picture, takes the tick whose smallest force is
+        // largest, so that every arrow can be seen.
         let least = forces.normal_forces.iter().copied().fold(f64::INFINITY, f64::min);
         let badness = (penetrating.abs_diff(PENETRATING) + disjoint.abs_diff(DISJOINT)) as f64 - least.min(0.5);
         if tick.contacts.is_empty() || best.as_ref().is_some_and(|known| known.0 <= badness) {

@@ -37,7 +37,7 @@ pub(super) fn figures(out: &Path, models: Option<&Path>) -> anyhow::Result<ExitC
     Ok(ExitCode::SUCCESS)
 }
 
-/// Query time, force time and contacts while a spoon touches a cup.
+/// Measures query time, force time and contacts while a spoon touches a cup.
 fn figure_5(out: &Path) -> anyhow::Result<()> {
     let stage = stage::prepare("spoon-cup", FilePolicy::Inside)?;
     let as_in_the_paper = Settings { clustering: Clustering::Linkage, ..stage.settings };
@@ -91,11 +91,11 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
     write_svg(&figure, &out.join("figure5.svg"))
 }
 
-/// Every pass computes the same. The shortest time of each stage of each tick counts, which removes
-/// delays by the operating system.
+/// Number of passes over the same ticks. The shortest time of each stage of each tick counts, which
+/// removes delays by the operating system.
 const PASSES: usize = 5;
 
-/// The number of ticks of one pass along the scripted path.
+/// Runs one pass along the scripted path, and returns the summary of each tick.
 fn pass(stage: &Stage, renderer: &mut Renderer) -> Vec<TickSummary> {
     let clock = WallClock::new();
     (0..ticks(stage))
@@ -114,7 +114,7 @@ fn force_us(tick: &TickSummary) -> f64 {
     tick.times.force as f64 / 1e3
 }
 
-/// Contact point, normal and distance while a pen is drawn over a sphere.
+/// Measures contact point, normal and distance while a pen is drawn over a sphere.
 fn figure_6(out: &Path) -> anyhow::Result<()> {
     let stage = stage::prepare("pen-sphere", FilePolicy::Inside)?;
     let Settings { contact_tolerance: tolerance, capacity, .. } = stage.settings;

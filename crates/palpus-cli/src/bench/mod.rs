@@ -1,5 +1,5 @@
 //! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step
-//! as a function of everything on which it could depend.
+//! as a function of triangles, contacts and bodies.
 
 mod conformal;
 mod depth;
@@ -53,8 +53,8 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
 /// Length of a tick, s.
 const TICK: f64 = 1e-3;
 
-/// Returns a renderer's settings with this tolerance: those of `palpus run`, without a device's
-/// limits.
+/// Returns a renderer's settings with this tolerance: the settings of `palpus run`, without a
+/// device's limits.
 fn settings(tolerance: f64) -> Settings {
     Settings {
         contact_tolerance: tolerance,
@@ -64,5 +64,5 @@ fn settings(tolerance: f64) -> Settings {
     }
 }
 
-/// As in the built-in scenes.
+/// Cluster radius in contact tolerances, as in the built-in scenes.
 const CLUSTER_TOLERANCES: f64 = 4.0;

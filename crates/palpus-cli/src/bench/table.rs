@@ -1,4 +1,4 @@
-//! Table 1 of the paper: convex pieces of the models, compared with the paper's.
+//! Table 1 of the paper: convex pieces of the models, compared with the paper's numbers.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::bodies::{self, Prepared};
 
-/// One model, compared with the paper's.
+/// One model, compared with the paper's model.
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     model: &'static str,
@@ -78,7 +78,7 @@ fn row(model: &'static str, source: String, prepared: &Prepared) -> Row {
     }
 }
 
-/// Returns the file in the folder or in one of the folders in it.
+/// Returns the file in the folder or in one of its subfolders.
 pub(crate) fn find(folder: &Path, file: &str) -> Option<PathBuf> {
     let direct = folder.join(file);
     if direct.is_file() {
@@ -90,7 +90,7 @@ pub(crate) fn find(folder: &Path, file: &str) -> Option<PathBuf> {
     folders.into_iter().map(|inner| inner.join(file)).find(|path| path.is_file())
 }
 
-/// The table as text.
+/// Returns the table as text.
 pub(super) fn text(rows: &[Row]) -> String {
     let mut table = Table::new();
     table.load_preset(UTF8_BORDERS_ONLY);

@@ -1,4 +1,4 @@
-//! The palpus program; see the library beside it.
+//! The palpus program; the library of this crate does all work.
 
 use std::process::ExitCode;
 

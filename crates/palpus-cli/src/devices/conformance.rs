@@ -29,7 +29,7 @@ pub(super) fn conformance(address: &str, json: bool) -> anyhow::Result<ExitCode>
     Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Prints a line for each check, and advice below each failed one.
+/// Returns a line for each check, and advice below each failed check.
 fn table(checks: &[Check]) -> Vec<String> {
     let mut lines = Vec::new();
     for Check { name, outcome } in checks {

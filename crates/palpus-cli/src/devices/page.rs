@@ -3,7 +3,7 @@
 use palpus_device::{Axes, DeviceSpec, Finding, FindingState, SafetyLimits};
 use serde_json::{Map, Value, json};
 
-/// Width of the page in columns: that of the narrowest common terminal.
+/// Width of the page in columns: the narrowest common terminal has this width.
 const WIDTH: usize = 80;
 /// Width of the names of lines, in columns.
 const MARGIN: usize = 14;
@@ -33,7 +33,7 @@ pub(super) fn page(findings: &[Finding]) -> Vec<String> {
     lines
 }
 
-/// Opening sentence: which devices were found, and that palpus works without one.
+/// Returns the opening sentence: which devices were found, and that palpus works without one.
 fn opening(findings: &[Finding]) -> String {
     let hardware = |finding: &&Finding| finding.is_found() && finding.backend != "simulated";
     match findings.iter().filter(hardware).count() {
@@ -49,7 +49,7 @@ fn opening(findings: &[Finding]) -> String {
 /// Lists the requirements of a device, and the places that were searched.
 fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &str), mend: &str) {
     if is_command(mend) {
-        // On a line of its own, to be copied.
+        // The command is on its own line, so that it can be copied.
         entry(lines, "do this", "in a shell:");
         lines.push(format!("    {mend}"));
     } else {
@@ -59,7 +59,7 @@ fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &st
     entry(lines, "looked for", &format!("{looked_for}; {why}"));
 }
 
-/// The name as the title of a section.
+/// Returns the title of a section: the name of the device.
 fn title(finding: &Finding) -> String {
     let Finding { backend, name, .. } = finding;
     if name == backend { format!("  {name}") } else { format!("  {name} ({backend})") }
@@ -140,7 +140,7 @@ fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
     )
 }
 
-/// A named line with a hanging indent.
+/// Adds a named line with a hanging indent.
 fn entry(lines: &mut Vec<String>, name: &str, text: &str) {
     for (k, part) in wrapped(text, WIDTH - MARGIN - 4).into_iter().enumerate() {
         lines.push(format!("  {:>MARGIN$}  {part}", if k == 0 { name } else { "" }));

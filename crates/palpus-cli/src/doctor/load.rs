@@ -1,4 +1,4 @@
-//! Load of the machine by other programs. Known on Linux; `None` elsewhere.
+//! Load of the machine by other programs. Known on Linux; `None` on other systems.
 
 use std::fs::read_to_string;
 
@@ -12,7 +12,7 @@ pub(crate) struct Snapshot {
     stolen: u64,
     own: u64,
     cores: u64,
-    /// Every other program: its process id, its name and its time.
+    /// Every other program: its process id, its name and its time in the kernel's ticks.
     programs: Vec<(u32, String, u64)>,
 }
 
@@ -20,7 +20,7 @@ pub(crate) struct Snapshot {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Program {
     name: String,
-    /// Cores' worth of work.
+    /// Load by the program, in cores.
     cores: f64,
 }
 
@@ -28,13 +28,14 @@ pub(crate) struct Program {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Load {
     pub(crate) cores: u64,
-    /// Cores' worth of work by others.
+    /// Load by other programs, in cores.
     pub(crate) others_cores: f64,
     /// Share of the time that the host of a virtual machine took (steal time).
     pub(crate) stolen_share: f64,
-    /// Running or waiting threads, over the last minute.
+    /// Mean number of running or waiting threads over the last minute.
     pub(crate) load_average: Option<f64>,
-    /// The programs with the highest load, of those that ran during the whole measurement.
+    /// The programs with the highest load, among the programs that ran during the whole
+    /// measurement.
     pub(crate) busiest: Vec<Program>,
 }
 
@@ -87,15 +88,15 @@ impl Snapshot {
     }
 }
 
-/// Name and time from a line of `/proc/PID/stat`. The name is in brackets and may contain any
-/// characters; the times are words 14 and 15.
+/// Returns name and time from a line of `/proc/PID/stat`. The name is in brackets and may contain
+/// any characters; the times are words 14 and 15.
 fn program(line: &str) -> Option<(&str, u64)> {
     let (name, rest) = line.split_once('(')?.1.rsplit_once(')')?;
     let words: Vec<&str> = rest.split_whitespace().collect();
     Some((name, words.get(11)?.parse::<u64>().ok()? + words.get(12)?.parse::<u64>().ok()?))
 }
 
-/// All other programs that are visible to this user.
+/// Returns all other programs that are visible to this user.
 fn programs() -> Vec<(u32, String, u64)> {
     let Ok(folder) = std::fs::read_dir("/proc") else { return Vec::new() };
     let numbers = folder.flatten().filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
@@ -107,10 +108,11 @@ fn programs() -> Vec<(u32, String, u64)> {
     numbers.filter(|number| *number != std::process::id()).filter_map(read).collect()
 }
 
-/// The programs with the highest load, in cores. Programs of the same name are added up.
+/// Returns the programs with the highest load, in cores. Programs of the same name are added up.
 fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
     let spent = |(number, name, time): &(u32, String, u64)| {
-        // A program that started during the measurement used all of its time within it.
+        // A program that started during the measurement used all of its time within the
+        // measurement.
         let then = before.programs.iter().find(|then| then.0 == *number).map_or(0, |then| then.2);
         Program { name: name.clone(), cores: time.saturating_sub(then) as f64 / ticks_per_core }
     };
@@ -127,7 +129,7 @@ fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Prog
     all
 }
 
-/// Load by other programs between two instants.
+/// Returns the load by other programs between two instants.
 pub(crate) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Option<Load> {
     let (before, after) = before.zip(after)?;
     let all = after.all.saturating_sub(before.all).max(1) as f64;
@@ -142,7 +144,7 @@ pub(crate) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Opti
     })
 }
 
-/// Running or waiting threads of the machine, over the last minute.
+/// Returns the mean number of running or waiting threads of the machine over the last minute.
 pub(crate) fn load_average() -> Option<f64> {
     read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }

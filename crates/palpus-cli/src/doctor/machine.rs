@@ -15,13 +15,14 @@ pub(super) struct Machine {
     pub(super) isolated_cores: Option<String>,
     /// Frequency governors of the cores, each with the number of its cores.
     pub(super) governors: Option<Vec<(String, usize)>>,
-    /// True for a kernel with `PREEMPT_RT`, in which real-time threads preempt also kernel code.
+    /// True for a kernel with `PREEMPT_RT`, in which real-time threads also preempt kernel code.
     pub(super) real_time_kernel: Option<bool>,
-    /// The highest real-time priority that the user may have; 0: none.
+    /// The highest real-time priority that the user may have; 0 if the user may have no such
+    /// priority.
     pub(super) priority_limit: Option<String>,
     /// Amount of memory that the user may lock: bytes or `unlimited`.
     pub(super) memory_limit: Option<String>,
-    /// True if the user may set any priority and lock any memory, whatever the limits are.
+    /// True if the user may set any priority and lock any memory, regardless of the limits.
     pub(super) above_limits: Option<bool>,
     /// True in a virtual machine.
     pub(super) virtual_machine: Option<bool>,
@@ -44,7 +45,7 @@ impl Machine {
         }
     }
 
-    /// Names and values, for people.
+    /// Returns names and values, for people.
     pub(super) fn lines(&self) -> [(&'static str, String); 4] {
         let unknown = || "not known here".to_owned();
         let of = |value: &Option<String>| value.clone().unwrap_or_else(unknown);
@@ -76,19 +77,19 @@ impl Machine {
         [("limits", limits), ("cores", cores), ("governor", governors), ("kernel", kernel)]
     }
 
-    /// Cores whose frequency does not stay up.
+    /// Returns true if the governor of a core may lower its frequency.
     pub(super) fn has_slow_governor(&self) -> bool {
         self.governors.iter().flatten().any(|(name, _)| name != "performance")
     }
 }
 
-/// The first of the two values of a limit in `/proc/self/limits`.
+/// Returns the first of the two values of a limit in `/proc/self/limits`.
 fn soft_limit(text: &str, name: &str) -> Option<String> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next().map(str::to_owned)
 }
 
-/// Governors of all cores, counted.
+/// Counts the cores with each governor.
 fn governors() -> Option<Vec<(String, usize)>> {
     let mut counted: Vec<(String, usize)> = Vec::new();
     for core in 0..std::thread::available_parallelism().map_or(1, usize::from) {
@@ -117,7 +118,7 @@ fn is_above_limits(status: &str) -> Option<bool> {
     Some(held & (IPC_LOCK | SYS_NICE) == IPC_LOCK | SYS_NICE)
 }
 
-/// Returns true if the processor reports a hypervisor; `None` if it cannot tell.
+/// Returns true if the processor reports a hypervisor; `None` if the processor reports no features.
 fn is_virtual(cpuinfo: &str) -> Option<bool> {
     let flags = cpuinfo.lines().find_map(|line| line.strip_prefix("flags")?.split_once(':'))?.1;
     Some(flags.split_whitespace().any(|flag| flag == "hypervisor"))

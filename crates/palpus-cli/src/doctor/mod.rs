@@ -40,7 +40,7 @@ const LONGEST: f64 = 600.0;
 /// The measurement at each rate is shorter by this factor, and has at least this length (s).
 const RATE_SHARE: f64 = 5.0;
 const SHORTEST_RATE: f64 = 0.3;
-/// With fewer ticks the 99.9th percentile is not meaningful.
+/// Shortest measurement, s. With fewer ticks the 99.9th percentile is not meaningful.
 const SHORTEST: f64 = 0.5;
 
 /// All results. The field names are the interface of `--json`.

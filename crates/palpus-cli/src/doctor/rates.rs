@@ -22,11 +22,11 @@ pub(super) struct Rate {
     p99_us: f64,
     p999_us: f64,
     max_us: f64,
-    /// Share of its wake-ups that are late by more than half a period.
+    /// Share of the timer's wake-ups that are late by more than half a period.
     late_share: f64,
     /// Time that remains for a step after the 99th percentile of the lateness, µs.
     room_us: f64,
-    /// True if 99.9 % of the steps fit into this time and few enough wake-ups are late.
+    /// True if 99.9 % of the steps fit into `room_us`, and few enough wake-ups are late.
     pub(super) holds: bool,
     /// The reason why the rate does not hold.
     why: Option<String>,
@@ -60,12 +60,12 @@ fn judge(hz: f64, timer: &Timer, late_share: f64, step_us: f64) -> Rate {
     Rate { hz, p50_us, p99_us, p999_us, max_us, late_share, room_us, holds: why.is_none(), why }
 }
 
-/// The fastest rate that the machine holds.
+/// Returns the fastest rate that the machine holds.
 pub(super) fn fastest(rates: &[Rate]) -> Option<f64> {
     rates.iter().filter(|rate| rate.holds).map(|rate| rate.hz).max_by(f64::total_cmp)
 }
 
-/// The rates as a table, one line for each.
+/// Returns the rates as a table, one line for each.
 pub(super) fn table(rates: &[Rate]) -> Vec<String> {
     let mut table = Table::new();
     table.load_preset(NOTHING);

@@ -33,8 +33,8 @@ pub(super) struct SceneTimes {
     pub(super) bounded_share: f64,
     /// Share of the ticks that wrote their wrench more than a period late.
     pub(super) overrun_share: f64,
-    /// The fastest usual rate that the machine holds ([`super::rates`]). `None` if it does not hold
-    /// 500 Hz, and before the measurement.
+    /// The fastest usual rate that the machine holds ([`super::rates`]). `None` before the
+    /// measurement, and if the machine does not hold 500 Hz.
     pub(super) achievable_hz: Option<f64>,
 }
 
@@ -48,7 +48,7 @@ impl SceneTimes {
     }
 }
 
-/// The scene, prepared for a run. Preparing takes time at the first use.
+/// Prepares the scene for a run. Preparing takes time at the first use.
 pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
     stage::prepare(name, FilePolicy::Inside)
 }
@@ -93,7 +93,7 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
     })
 }
 
-/// A tool's simulated device in the scene's simulated hand.
+/// Returns a tool's simulated device in the scene's simulated hand.
 fn simulated(stage: &Stage) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
     Ok(Box::new(SimulatedDevice::new(settings, stage.intent())?))

@@ -37,7 +37,8 @@ pub(super) fn measure(duration: f64, rate_hz: f64) -> anyhow::Result<(Timer, Opt
     Ok((of(lateness), claims))
 }
 
-/// Lateness of each wake-up of a bare loop, ns, and the real-time rights that the system granted.
+/// Returns the lateness of each wake-up of a bare loop, ns, and the real-time rights that the
+/// system granted.
 pub(crate) fn lateness(
     duration: f64,
     rate_hz: f64,
@@ -58,7 +59,7 @@ pub(crate) fn lateness(
 fn run(turns: usize, rate_hz: f64, lateness: &mut Vec<u64>) {
     let time = WallTime::new();
     let period = Duration::from_secs_f64(1.0 / rate_hz);
-    // This is the same as in the servo loop.
+    // The bare loop spins as long as the servo loop does.
     let spin = ServoOptions::default().spin.min(period / 2);
     let mut deadline = time.now() + period;
     for _ in 0..turns {

@@ -23,7 +23,7 @@ pub(super) struct Verdict {
     pub(super) fitness: Fitness,
     /// The verdict in one sentence.
     pub(super) words: String,
-    /// Problems; the ones that are easiest to solve come first.
+    /// Problems. The problems that are easiest to solve come first.
     pub(super) notes: Vec<Note>,
 }
 
@@ -63,7 +63,7 @@ const NOTED_STOLEN: f64 = 5e-3;
 
 const CLOSE_OTHERS: &str = "close other programs on this machine, browsers and builds first, and measure again";
 
-/// Advice for a real-time right that is refused because another one is missing.
+/// Advice for a real-time right that is refused because another right is missing.
 const FOLLOWS: &str = "get the priority first";
 
 /// Derives the verdict from the measurements.

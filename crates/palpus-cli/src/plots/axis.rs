@@ -10,7 +10,7 @@ pub(super) struct Tick {
     pub(super) label: String,
 }
 
-/// Ticks at round numbers, about `wanted` of them.
+/// Returns about `wanted` ticks at round numbers.
 pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
     let raw = (range.end - range.start) / wanted.max(1) as f64;
     if !(raw > 0.0 && raw.is_finite()) {
@@ -29,11 +29,11 @@ pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
     (first..=last).map(tick).collect()
 }
 
-/// Steps between ticks (mantissas), and the number of digits of each after its first: 2.5 has one.
+/// Steps between ticks (mantissas), each with its number of digits after the first: 1 for 2.5.
 const STEPS: [(f64, f64); 5] = [(1.0, 0.0), (2.0, 0.0), (2.5, 1.0), (5.0, 0.0), (10.0, 0.0)];
 
-/// Ticks of a logarithmic axis: powers of ten, and 2 and 5 times them if the axis spans few
-/// decades.
+/// Returns the ticks of a logarithmic axis: powers of ten, and 2 and 5 times them if the axis spans
+/// few decades.
 pub(super) fn powers(range: &Range<f64>) -> Vec<Tick> {
     let decades = range.end - range.start;
     if !decades.is_finite() {
@@ -60,7 +60,7 @@ pub(super) fn powers(range: &Range<f64>) -> Vec<Tick> {
 
 /// With at most this many decades, the ticks at 2 and 5 fit between the powers of ten.
 const FEW_DECADES: f64 = 3.0;
-/// More ticks than this are too many.
+/// With more decades than this, only every second (third, …) power of ten has a tick.
 const MANY_DECADES: f64 = 9.0;
 
 /// Formats the number with its SI prefix, such as `k` for thousands.

@@ -40,7 +40,7 @@ const BINS: usize = 400;
 /// Smallest visible width of a band, pixels.
 const LEAST_BAND: f64 = 0.75;
 
-/// The figure as text.
+/// Returns the figure as SVG text.
 pub(crate) fn svg(figure: &Figure) -> Svg {
     let mut pen = Pen { text: String::new() };
     let mut y = if figure.title.is_empty() { 4.0 } else { TITLE_HEIGHT };
@@ -49,7 +49,7 @@ pub(crate) fn svg(figure: &Figure) -> Svg {
     let mut known: Vec<&str> = Vec::new();
     for (k, panel) in figure.panels.iter().enumerate() {
         let labels: Vec<&str> = panel.series.iter().map(|series| series.label).collect();
-        // Omits a legend that repeats the one of the panel above.
+        // Omits a legend that repeats the legend of the panel above.
         let legend = if labels.len() > 1 && labels != known { legend_rows(&panel.series) } else { Vec::new() };
         if labels.len() > 1 {
             known = labels;
@@ -108,7 +108,7 @@ impl Up {
     }
 }
 
-/// Arranges legend labels in rows: the index of each series, and the position of its label.
+/// Arranges legend labels in rows. Returns the index of each series and the position of its label.
 fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     let mut rows = vec![Vec::new()];
     let mut x = LEFT;
@@ -296,12 +296,12 @@ impl Pen {
     }
 }
 
-/// The stretches of finite points.
+/// Returns the stretches of finite points.
 fn runs(points: &[(f64, f64)]) -> Vec<&[(f64, f64)]> {
     points.split(|p| !(p.0.is_finite() && p.1.is_finite())).filter(|run| !run.is_empty()).collect()
 }
 
-/// The smallest and the largest sample of each bin, in their original order.
+/// Returns the smallest and the largest sample of each bin, in their original order.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() <= 2 * BINS {
         return points.to_vec();

@@ -7,9 +7,7 @@ use std::fmt::Write;
 pub(crate) struct Ink(usize);
 
 pub(crate) const BLUE: Ink = Ink(0);
-/// See [`BLUE`].
 pub(crate) const VERMILION: Ink = Ink(1);
-/// See [`BLUE`].
 pub(crate) const GREEN: Ink = Ink(2);
 
 /// Colours on white and on black that colour-blind readers can tell apart (after Okabe and Ito).
@@ -38,12 +36,12 @@ const REST: [(&str, &str, [&str; 2]); 6] = [
 ];
 
 impl Ink {
-    /// The `k`-th distinguishable colour; the table repeats after its last entry.
+    /// Returns the `k`-th distinguishable colour; the table repeats after its last entry.
     pub(crate) const fn nth(k: usize) -> Self {
         Self(k % INKS.len())
     }
 
-    /// On white.
+    /// Returns the colour on white.
     pub(super) fn light(self) -> &'static str {
         INKS[self.0][0]
     }
@@ -54,12 +52,12 @@ impl Ink {
     }
 }
 
-/// The colour on white of elements other than curves.
+/// Returns the colour on white of an element other than a curve.
 pub(super) fn light(class: &str) -> &'static str {
     REST.iter().find(|rest| rest.0 == class).map_or("#000000", |rest| rest.2[0])
 }
 
-/// Style for systems with a dark theme. Printed pages stay light.
+/// Returns the style for systems with a dark theme. Printed pages stay light.
 pub(super) fn dark_style() -> String {
     let mut text = String::from("@media screen and (prefers-color-scheme:dark){");
     for (class, property, [_, dark]) in REST {

@@ -101,11 +101,11 @@ pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64
 /// Bins of a histogram.
 const BINS: usize = 60;
 
-/// Values more than this many powers of ten below the largest one count as rounding errors.
+/// Values more than this many powers of ten below the largest value count as rounding errors.
 const DECADES: f64 = 5.0;
 
-/// Histogram of the positive `values` over equal bins of their logarithm: the bins' middles and
-/// counts.
+/// Returns a histogram of the positive `values` over equal bins of their logarithm: the middle and
+/// the count of each bin.
 pub(crate) fn histogram(values: impl Iterator<Item = f64> + Clone) -> Vec<(f64, f64)> {
     let logs = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
     let (low, high) = logs.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
@@ -129,24 +129,24 @@ pub(crate) fn write_svg(figure: &Figure, path: &Path) -> anyhow::Result<()> {
 }
 
 impl Series {
-    /// A curve.
     pub(crate) fn new(label: &'static str, color: Ink, points: Vec<(f64, f64)>) -> Self {
         Self { label, color, points }
     }
 }
 
 impl Figure {
-    /// Panels over an axis that is not logarithmic, without shaded intervals and named places.
+    /// Creates a figure with a linear horizontal axis, without shaded intervals and labelled
+    /// positions.
     pub(crate) fn new(title: impl Into<String>, x_label: &'static str, panels: Vec<Panel>) -> Self {
         Self { title: title.into(), x_label, log_x: false, bands: Vec::new(), marks: Vec::new(), panels }
     }
 
-    /// Points with their positions on the horizontal axis.
+    /// Returns the points with their positions on the horizontal axis.
     fn on_axis(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         points.iter().map(|&(x, y)| (self.place(x), y)).collect()
     }
 
-    /// Position of x on the horizontal axis.
+    /// Returns the position of x on the horizontal axis.
     fn place(&self, x: f64) -> f64 {
         if self.log_x { x.log10() } else { x }
     }
@@ -166,7 +166,7 @@ impl Figure {
 }
 
 impl Panel {
-    /// A panel of curves.
+    /// Creates a panel of curves.
     pub(crate) fn lines(title: &'static str, unit: &'static str, series: Vec<Series>) -> Self {
         Self { title, unit, series, drawn: Drawn::Lines }
     }

@@ -6,7 +6,7 @@ use palpus_io::RecordRow;
 
 use super::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, bands, histogram};
 
-/// Plots of a run: force, torque, contacts, separation, times.
+/// Makes the plots of a run: force, torque, contacts, separation, times.
 pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
     let curve = |value: &dyn Fn(&RecordRow) -> f64| -> Vec<(f64, f64)> {
         rows.iter().map(|row| (seconds(row), value(row))).collect()
@@ -55,7 +55,7 @@ pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
     }
 }
 
-/// Histograms of the step times, and of the change of force from tick to tick.
+/// Makes histograms of the step times, and of the change of force from tick to tick.
 pub(crate) fn run_histograms(rows: &[RecordRow]) -> [Figure; 2] {
     let one = |title, x_label, label, points| Figure {
         log_x: true,
@@ -72,18 +72,18 @@ pub(crate) fn run_histograms(rows: &[RecordRow]) -> [Figure; 2] {
     ]
 }
 
-/// Contact query and depth together, which is the paper's contact query.
+/// Returns the time of contact query and depth, which together are the paper's contact query, µs.
 pub(crate) fn query_us(row: &RecordRow) -> f64 {
     row.query_us + row.depth_us.unwrap_or(0.0)
 }
 
-/// Time since the run began.
+/// Returns the time since the run began, s.
 pub(crate) fn seconds(row: &RecordRow) -> f64 {
     row.time_ns as f64 * 1e-9
 }
 
-/// Returns the curve without outliers, because pauses of the operating system would flatten the
-/// rest of it.
+/// Returns the curve without outliers, because pauses of the operating system would flatten all
+/// other values.
 fn cut(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = points.iter().map(|point| point.1).collect();
     if let Some(ceiling) = quantile(&mut values, 0.99) {

@@ -1,16 +1,16 @@
 //! The recording of a run: passes rows and changes of settings from the servo thread to a file.
 //!
 //! 1. The servo thread passes every tick ([`Rows::row`]) and, between two ticks, every change of
-//!    the engine's settings ([`Rows::change`]) to one bounded queue, which keeps their order. It
-//!    never waits.
-//! 2. A separate thread writes them ([`palpus_device::record`]), part by part ([`pen`]). If the
-//!    program is killed, the file is complete except for at most the last second. If writing fails,
-//!    a message is printed at once, and the run goes on.
+//!    the engine's settings ([`Rows::change`]) to one bounded queue, which keeps their order. The
+//!    servo thread never waits.
+//! 2. A separate thread writes rows and changes ([`palpus_device::record`]), part by part
+//!    ([`pen`]). If the program is killed, the file is complete except for at most the last second.
+//!    If writing fails, a message is printed at once, and the run goes on.
 //! 3. [`Writing::finish`] writes the rest and returns notes about missing rows.
 //!
 //! If the queue is full, a row is dropped and counted. A change is kept and put into the queue
-//! before the next row. It contains the number of its first tick, so it may arrive late, but it
-//! must not be lost.
+//! before the next row. A change contains the number of its first tick, so it may arrive late, but
+//! it must not be lost.
 
 mod pen;
 
@@ -29,7 +29,7 @@ use palpus_io::{RecordRow, RecordingHeader};
 use crate::engine::Detail;
 use crate::{files, output, tools, when};
 pub(crate) use pen::first_part;
-use pen::{Pen, Told};
+use pen::{Messages, Pen};
 
 /// Entries that may wait for the writer: half a second at the highest rate.
 const QUEUED: usize = 1 << 15;
@@ -45,7 +45,7 @@ enum Entry {
 /// The servo thread's end of the queue.
 pub(crate) struct Rows {
     queue: Recorder<Entry>,
-    /// A change that found the queue full.
+    /// A change that waits because the queue was full.
     waiting: Option<(u64, Settings)>,
 }
 
@@ -114,7 +114,7 @@ fn row(tick: &ServoTick, detail: Option<&Detail>) -> RecordRow {
 const NOWHERE: Pose =
     Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
 
-/// The raw state, if the step got a different one.
+/// Returns the raw state, if the step got a different state.
 fn raw(tick: &ServoTick) -> Option<RawState> {
     let DeviceState { pose, twist, .. } = tick.read;
     // A state with NaN is unequal to itself, so it counts as replaced.
@@ -130,13 +130,14 @@ pub(crate) struct Keep {
     pub(crate) limit: Option<u64>,
 }
 
-/// Returns free names for the recordings of this many tools. The first one was requested as `file`.
+/// Returns free names for the recordings of this many tools. `file` is the requested name of the
+/// first recording.
 pub(crate) fn free(file: &Path, tools: usize) -> Vec<PathBuf> {
     let all = |path: &Path| tools::recordings(path.to_owned(), tools);
     all(&files::first_free(file, |path| all(path).iter().all(|path| !path.exists())))
 }
 
-/// Returns the names of the recordings of a run: the requested ones, or free ones with a message.
+/// Returns the names of the recordings of a run: the requested names, or free names with a message.
 pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
     if keep.overwrite {
         return tools::recordings(file.to_owned(), tools);
@@ -152,7 +153,7 @@ pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
 pub(crate) struct Recording {
     /// The end of the queue for the servo thread.
     pub(crate) rows: Rows,
-    /// Tells the writer to end.
+    /// The writer's thread.
     pub(crate) writing: Writing,
 }
 
@@ -160,7 +161,7 @@ pub(crate) struct Recording {
 pub(crate) struct Writing {
     path: PathBuf,
     thread: palpus_device::Recording,
-    told: Arc<Told>,
+    messages: Arc<Messages>,
 }
 
 impl Recording {
@@ -172,32 +173,32 @@ impl Recording {
             std::fs::remove_file(path).with_context(problem)?;
         }
         let header = RecordingHeader { start_utc: Some(when::rfc_3339(when::utc_ns())), ..header.clone() };
-        let told = Arc::new(Told::default());
-        let pen = Pen::new(path, header, keep.limit, Arc::clone(&told)).with_context(problem)?;
+        let messages = Arc::new(Messages::default());
+        let pen = Pen::new(path, header, keep.limit, Arc::clone(&messages)).with_context(problem)?;
         let (queue, thread) = record(QUEUED, pen);
         let rows = Rows { queue, waiting: None };
-        Ok(Self { rows, writing: Writing { path: path.to_owned(), thread, told } })
+        Ok(Self { rows, writing: Writing { path: path.to_owned(), thread, messages } })
     }
 }
 
 impl Writing {
-    /// The file, or the first of several.
+    /// Returns the file, or the first of several files.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The write error, if there was one; the file ends at that point.
+    /// Returns the write error, if there was one; the file ends at that point.
     #[cfg(feature = "window")]
     pub(crate) fn trouble(&self) -> Option<String> {
-        self.told.trouble()
+        self.messages.trouble()
     }
 
     /// Writes the rest of the queue, and returns notes about the recording, one for each line. If a
-    /// recording could not be written, a note says so, and the run's summary is complete.
+    /// recording could not be written, a note reports it; the run's summary is still complete.
     pub(crate) fn finish(self) -> Vec<String> {
         let written = self.thread.finish();
         let path = self.path.display();
-        let mut notes: Vec<String> = self.told.parts().into_iter().collect();
+        let mut notes: Vec<String> = self.messages.parts().into_iter().collect();
         if let Some(error) = written.error {
             notes.push(format!(
                 "note: {path} is not complete: writing failed before the end of the run ({error}); the last {} ticks are missing",

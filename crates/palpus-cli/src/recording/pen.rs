@@ -1,8 +1,8 @@
 //! The writer of a recording: its file, and further parts when the file becomes too large.
 //!
-//! **Limit.** The first file may take half of the total size. It begins with the run, so that it
-//! can be replayed. Later ticks go into parts of a quarter each, `run-part2.csv` and so on, of
-//! which the newest two are kept: the ticks before a fault are at the end of a run.
+//! **Limit.** The first file may take half of the total size. The first file begins with the run,
+//! so that it can be replayed. Later ticks go into parts of a quarter each, `run-part2.csv` and so
+//! on. The newest two parts are kept, because the ticks before a fault are at the end of a run.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -25,7 +25,7 @@ const KEPT: usize = 2;
 
 /// Messages of the writer while it writes.
 #[derive(Default)]
-pub(super) struct Told(Mutex<Words>);
+pub(super) struct Messages(Mutex<Words>);
 
 #[derive(Default)]
 struct Words {
@@ -34,14 +34,14 @@ struct Words {
     parts: Option<String>,
 }
 
-impl Told {
-    /// The write error after which nothing is written.
+impl Messages {
+    /// Returns the write error after which nothing is written.
     #[cfg(feature = "window")]
     pub(super) fn trouble(&self) -> Option<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).trouble.clone()
     }
 
-    /// Names the files of the later parts.
+    /// Returns a note with the files of the later parts.
     pub(super) fn parts(&self) -> Option<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).parts.clone()
     }
@@ -67,15 +67,20 @@ pub(super) struct Pen {
     before: u64,
     /// Bytes of the largest block.
     piece: u64,
-    told: Arc<Told>,
+    messages: Arc<Messages>,
 }
 
 impl Pen {
     /// Creates the file.
-    pub(super) fn new(path: &Path, header: RecordingHeader, limit: Option<u64>, told: Arc<Told>) -> io::Result<Self> {
+    pub(super) fn new(
+        path: &Path,
+        header: RecordingHeader,
+        limit: Option<u64>,
+        messages: Arc<Messages>,
+    ) -> io::Result<Self> {
         let writer = Some(RecordingWriter::create(path, &header)?);
         let path = path.to_owned();
-        Ok(Self { writer, path, header, limit, part: 1, later: VecDeque::new(), before: 0, piece: 0, told })
+        Ok(Self { writer, path, header, limit, part: 1, later: VecDeque::new(), before: 0, piece: 0, messages })
     }
 
     fn take(&mut self, entry: &Entry) -> io::Result<()> {
@@ -105,7 +110,7 @@ impl Pen {
         length + self.piece > if self.part == 1 { limit / 2 } else { limit / 4 }
     }
 
-    /// Ends this file and continues in another one.
+    /// Ends this file and continues in another file.
     fn next_part(&mut self) -> io::Result<()> {
         if let Some(writer) = self.writer.take() {
             writer.finish()?;
@@ -137,7 +142,7 @@ impl Pen {
             kept.join(" and "),
             if dropped > 0 { format!("; {dropped} older parts were removed (--record-limit)") } else { String::new() }
         );
-        self.told.tell(|told| told.parts = Some(words));
+        self.messages.tell(|messages| messages.parts = Some(words));
         Ok(())
     }
 
@@ -147,7 +152,7 @@ impl Pen {
             let file = self.later.back().unwrap_or(&self.path).display();
             let words = format!("{file} cannot be written any more ({error}); the run goes on without a recording");
             output::note(format!("note: {words}"));
-            self.told.tell(|told| told.trouble = Some(words));
+            self.messages.tell(|messages| messages.trouble = Some(words));
         }
         result
     }

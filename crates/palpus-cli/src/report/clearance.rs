@@ -1,4 +1,4 @@
-//! The page of `palpus clearance`: clearance along the poses, and pictures of the tightest ones.
+//! The page of `palpus clearance`: clearance along the poses, and pictures of the tightest poses.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::plots::{BLUE, Figure, Mark, Panel, Series, bands, svg};
 const WIDTH: usize = 960;
 const HEIGHT: usize = 600;
 
-/// The whole page.
+/// Returns the whole page.
 pub(crate) fn clearance_page(shown: &Shown<'_>) -> anyhow::Result<String> {
     let [a, b] = &shown.names;
     let title = format!("Clearance of {a} and {b}");
@@ -88,7 +88,7 @@ fn table(tightest: &[Place]) -> Table {
     }
 }
 
-/// A, B, …; numbers after Z.
+/// Returns the label of place `k`: A, B, …, and numbers after Z.
 fn letter(k: usize) -> String {
     u8::try_from(k).ok().filter(|&k| k < 26).map_or_else(|| (k + 1).to_string(), |k| char::from(b'A' + k).to_string())
 }

@@ -1,7 +1,7 @@
-//! HTML. Only this file and the plots write tags; all other text is escaped.
+//! Writes HTML. Only this file and the plots write tags; all other text is escaped.
 //!
-//! Names in recordings are untrusted text. In addition, each page has a content security policy
-//! that forbids loading resources and running scripts.
+//! Names in recordings are untrusted text. Each page also has a content security policy, which
+//! forbids loading resources and running scripts.
 
 use data_encoding::BASE64;
 
@@ -59,7 +59,7 @@ impl Html {
         self
     }
 
-    /// Text of the program; text between backticks is code.
+    /// Appends text of the program; text between backticks is code.
     pub(super) fn prose(&mut self, text: &str) -> &mut Self {
         for (k, part) in text.split('`').enumerate() {
             match k % 2 {
@@ -110,7 +110,7 @@ impl Html {
         })
     }
 
-    /// A section with its own heading, to which a table of contents can link.
+    /// Appends a section with its own heading, to which a table of contents can link.
     pub(super) fn section(&mut self, id: &'static str, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
         self.0 += "<section id=\"";
         self.0 += id;
@@ -123,7 +123,7 @@ impl Html {
         self
     }
 
-    /// A list of links to sections.
+    /// Appends a list of links to sections.
     pub(super) fn contents(&mut self, sections: &[(&'static str, String)]) -> &mut Self {
         self.element("nav", "contents", |nav| {
             for (id, title) in sections {
@@ -145,7 +145,7 @@ impl Html {
         self
     }
 
-    /// Key numbers: name, value with its unit, and tone.
+    /// Appends key numbers: name, value with its unit, and tone.
     pub(super) fn tiles(&mut self, tiles: &[(String, String, Tone)]) -> &mut Self {
         self.element("div", "tiles", |all| {
             for (what, value, tone) in tiles {
@@ -163,7 +163,7 @@ impl Html {
         })
     }
 
-    /// Names and values.
+    /// Appends names and values.
     pub(super) fn facts(&mut self, facts: &[(String, String)]) -> &mut Self {
         self.element("div", "scroll", |scroll| {
             scroll.element("table", "facts", |table| {
@@ -206,7 +206,7 @@ impl Html {
         });
     }
 
-    /// A section that can be opened and closed.
+    /// Appends a section that can be opened and closed.
     pub(super) fn folded(&mut self, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
         self.element("details", "", |details| {
             details.element("summary", "", |summary| {
@@ -216,17 +216,17 @@ impl Html {
         })
     }
 
-    /// A plot made by this program.
+    /// Appends a plot made by this program.
     pub(super) fn plot(&mut self, svg: &Svg, caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.0 += svg.as_str())
     }
 
-    /// A plot from a file, as an image, in which no script can run.
+    /// Appends a plot from a file as an image, in which no script can run.
     pub(super) fn drawing(&mut self, svg: &[u8], caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.picture("image/svg+xml", svg, caption))
     }
 
-    /// A picture, light and dark (PNG).
+    /// Appends a picture, light and dark (PNG).
     pub(super) fn picture_pair(&mut self, light: &[u8], dark: &[u8], caption: &str) -> &mut Self {
         self.element("figure", "shot", |figure| {
             figure.0 +=
@@ -262,7 +262,7 @@ impl Html {
         self.0 += "\">";
     }
 
-    /// Legend of colours: a style class and a meaning for each.
+    /// Appends a legend of colours: a style class and a meaning for each.
     pub(super) fn key(&mut self, entries: &[(&'static str, &str)]) -> &mut Self {
         self.element("p", "key", |all| {
             for (class, meaning) in entries {

@@ -61,7 +61,7 @@ const RUNS: &str = "palpus-out";
 /// Default folder of a reproduction.
 const REPRODUCTION: &str = "palpus-out/report";
 
-/// The recordings in a folder, by name.
+/// Returns the recordings in a folder, by name.
 fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).with_context(|| format!("{} could not be read", folder.display()))?;
     let mut files: Vec<PathBuf> =
@@ -83,8 +83,8 @@ fn is_recording(path: &Path) -> bool {
 const BEGINS: [&[u8]; 3] = [b"# format = ", b"PAR1", b"\x89MCAP0\r\n"];
 const LONGEST_BEGIN: u64 = 16;
 
-/// The page of a recording is written to the recording's folder. Recordings with the same name and
-/// different formats have different pages.
+/// Returns the file of a recording's page, in the recording's folder. Recordings with the same name
+/// and different formats have different pages.
 fn beside(recording: &Path, all: &[PathBuf]) -> PathBuf {
     let page = recording.with_extension("html");
     if all.iter().filter(|other| other.with_extension("html") == page).count() < 2 {

@@ -83,7 +83,7 @@ fn look_across(camera: &mut Camera, stage: &Stage, moment: &Moment) {
         return;
     }
     let across = [FRAC_PI_2, -FRAC_PI_2].map(|turn| sideways.y.atan2(sideways.x) + turn);
-    // There are two directions; the one with the smaller turn is used.
+    // Two directions are possible; the camera takes the direction with the smaller turn.
     let from = camera.yaw;
     let turn = |yaw: f64| (yaw - from).sin().atan2((yaw - from).cos()).abs();
     camera.yaw = if turn(across[0]) <= turn(across[1]) { across[0] } else { across[1] };
@@ -94,7 +94,7 @@ const PITCH: f64 = 0.3;
 /// Smallest sideways force that turns the view, as a share of the smallest force with an arrow.
 const SIDEWAYS: f64 = 0.2;
 
-/// Corners of a box around all contacts, world.
+/// Returns the corners of a box around all contacts, world.
 fn about_contacts(stage: &Stage, moment: &Moment) -> Option<Vec<DVec3>> {
     let points: Vec<DVec3> =
         moment.contacts.iter().map(|contact| stage.environment_pose.point(contact.point)).collect();
@@ -106,7 +106,7 @@ fn about_contacts(stage: &Stage, moment: &Moment) -> Option<Vec<DVec3>> {
     Some((0..8).map(|k| middle + DVec3::new(sign(k & 1), sign(k & 2), sign(k & 4))).collect())
 }
 
-/// Description of the picture.
+/// Returns a description of the picture.
 pub(super) fn caption(moment: &Moment) -> String {
     format!(
         "{} s: {} in {}, {} N and {} mN·m at the grip",

@@ -16,7 +16,7 @@ use palpus_device::{ContactAccount, Cut, DeviceState, SafetyChain};
 use palpus_io::{ContentHash, Recording, read_recording};
 use palpus_window::Moment;
 
-use self::one::{check_rows, crease_angle, elapsed, has_stepped, stage_of, state, told, work_allowed};
+use self::one::{check_rows, crease_angle, elapsed, has_stepped, recorded_cuts, stage_of, state, work_allowed};
 use self::places::Places;
 use crate::divergence::{Comparison, Report};
 use crate::engine::{Answer, Engine};
@@ -65,12 +65,12 @@ impl<'a> Rerun<'a> {
         Ok((stage, Self { which, named, others, engine }))
     }
 
-    /// The recording of the first tool.
+    /// Returns the recording of the first tool.
     pub(crate) fn first(&self) -> &Recording {
         in_order(self.which, self.named, &self.others)[0]
     }
 
-    /// Calls `each` with every row of the named recording and its wrench, until it breaks.
+    /// Calls `each` with every row of the named recording and its wrench, until `each` breaks.
     pub(crate) fn run(&mut self, each: &mut dyn FnMut(usize, &Wrench) -> ControlFlow<()>) -> anyhow::Result<()> {
         let which = self.which;
         self.run_all(&mut |tool, k, wrench, _| {
@@ -105,12 +105,12 @@ impl<'a> Rerun<'a> {
         self.engine.kept(period)
     }
 
-    /// Returns the moment of the kept tick, or of the last one. `period`: length of a tick, s.
+    /// Returns the moment of the kept tick, or of the last tick. `period`: length of a tick, s.
     pub(crate) fn shown(self, period: f64) -> Moment {
         self.engine.shown(period)
     }
 
-    /// The capacity that a moment needs.
+    /// Returns the capacity that a moment needs.
     #[cfg(feature = "window")]
     pub(crate) fn capacity(&self) -> usize {
         self.engine.capacity()
@@ -150,14 +150,14 @@ fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec
     Ok((which, others))
 }
 
-/// Returns all recordings, the first tool's first. `named` is the recording of tool `which`.
+/// Returns all recordings in the order of their tools. `named` is the recording of tool `which`.
 fn in_order<'a>(which: usize, named: &'a Recording, others: &'a [Recording]) -> Vec<&'a Recording> {
     let mut all: Vec<&Recording> = others.iter().collect();
     all.insert(which.min(all.len()), named);
     all
 }
 
-/// Replays recordings on a prepared engine and calls `each` with every row, until it breaks.
+/// Replays recordings on a prepared engine and calls `each` with every row, until `each` breaks.
 fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> anyhow::Result<()> {
     let mut chains = chains(recordings)?;
     let mut contact = ContactAccount::new(chains.iter().flatten().map(SafetyChain::limits));
@@ -167,8 +167,8 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     let mut works = vec![[0.0; 2]; recordings.len()];
     let ticks = recordings.iter().map(|recording| recording.rows.len()).max().unwrap_or_default();
     for k in 0..ticks {
-        // Only recordings with rows left. A lost device has no more rows, and its tool stays in
-        // place.
+        // Takes only recordings with rows left. A lost device has no more rows, and its tool stays
+        // in place.
         let rows = || recordings.iter().filter_map(|recording| recording.rows.get(k));
         for (held, recording) in states.iter_mut().zip(recordings) {
             *held = recording.rows.get(k).map_or(DeviceState { twist: Twist::default(), ..*held }, state);
@@ -186,7 +186,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
             let dt = rows().next().map_or(0.0, |row| row.dt);
             engine.step(&states, dt, &mut answers);
         }
-        if rows().any(|row| told(row).has(Cut::Panic)) {
+        if rows().any(|row| recorded_cuts(row).has(Cut::Panic)) {
             engine.forget();
         }
         for (work, answer) in works.iter_mut().zip(&answers) {
@@ -195,15 +195,15 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
         contact.pass(&mut works);
         for (which, recording) in recordings.iter().enumerate() {
             let Some(row) = recording.rows.get(k) else { continue };
-            let (told, answer) = (told(row), answers[which].as_ref());
+            let (recorded_cuts, answer) = (recorded_cuts(row), answers[which].as_ref());
             let computed = answer.map_or(Wrench::ZERO, |answer| answer.wrench);
             let mut wrench = computed;
             if let Some(chain) = &mut chains[which] {
                 let own = answer.map_or([0.0; 2], |answer| answer.received);
                 chain.receive([works[which][0] + own[0], works[which][1] + own[1]]);
-                let shaped = chain.shape(&states[which], &computed, told, elapsed(row));
-                // In the tick in which a device was lost, its last wrench was the brake's.
-                let lost = told.has(Cut::Device);
+                let shaped = chain.shape(&states[which], &computed, recorded_cuts, elapsed(row));
+                // In the tick in which a device was lost, the brake gave its last wrench.
+                let lost = recorded_cuts.has(Cut::Device);
                 engine.set_available(which, if lost { &Limits::UNLIMITED } else { &shaped.available });
                 wrench = if lost { Wrench::ZERO } else { shaped.wrench };
             }
@@ -216,13 +216,14 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     Ok(())
 }
 
-/// The safety chain of each recording. Old recordings of a single tool had none.
+/// Returns the safety chain of each recording. Old recordings of a single tool have no safety
+/// chain.
 fn chains(recordings: &[&Recording]) -> anyhow::Result<Vec<Option<SafetyChain>>> {
     let chain = |recording: &&Recording| {
         let header = &recording.header;
         let chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
         if chain.is_none() && recordings.len() > 1 {
-            bail!("the recording's header does not say enough of its safety chain");
+            bail!("the recording's header lacks values of its safety chain");
         }
         Ok(chain)
     };

@@ -1,5 +1,5 @@
-//! Input of a replay from a recording: its scene, a check that all its ticks exist, and the content
-//! of each row.
+//! Input of a replay from a recording: its scene, a check that all its ticks exist, and the
+//! content of each row.
 
 use std::num::NonZeroU64;
 use std::path::Path;
@@ -13,7 +13,7 @@ use super::places::{Places, tell_changes};
 use crate::recording::first_part;
 use crate::stage::{self, Stage};
 
-/// Returns an error if the recorded device poses are not those of the grip, because this version
+/// Returns an error if the recorded device poses do not refer to the grip, because this version
 /// takes device poses at the grip.
 pub(crate) fn check_poses(recording: &Recording) -> anyhow::Result<()> {
     let header = &recording.header;
@@ -37,12 +37,12 @@ pub(crate) fn check_rows(recording: &Recording) -> anyhow::Result<()> {
     check_gaps(recording)
 }
 
-/// Crease angle of a recorded change that turns shading on, if there is one, rad.
+/// Returns the crease angle of a recorded change that turns shading on, if there is one, rad.
 pub(crate) fn crease_angle(recording: &Recording) -> Option<f64> {
     recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle))
 }
 
-/// The state that the engine and the safety chain received.
+/// Returns the state that the engine and the safety chain received.
 pub(crate) fn state(row: &RecordRow) -> DeviceState {
     DeviceState {
         pose: row.pose,
@@ -53,32 +53,33 @@ pub(crate) fn state(row: &RecordRow) -> DeviceState {
     }
 }
 
-/// Recorded input of the safety chain: faults that come from the device, the clock and the step.
-/// The chain computes everything else again.
-pub(crate) fn told(row: &RecordRow) -> Cuts {
+/// Returns the recorded input of the safety chain: faults that come from the device, the clock and
+/// the step. The chain computes everything else again.
+pub(crate) fn recorded_cuts(row: &RecordRow) -> Cuts {
     Cuts::from_bits(row.faults).and(Cuts::INPUTS)
 }
 
-/// False if the step panicked, or the loop only damped the grip. Recordings of older formats have
-/// no such ticks.
+/// False if the step panicked, or the loop only damped the grip. Recordings of older formats do not
+/// have these ticks.
 pub(crate) fn has_stepped(row: &RecordRow) -> bool {
     row.servo.is_none_or(|servo| servo.stepped)
 }
 
-/// The work limit of the engine's query. Recordings of older formats lack it: their runs had no
-/// limit, or a time limit.
+/// Returns the work limit of the engine's query. Recordings of older formats lack this limit: their
+/// runs had no limit, or a time limit.
 pub(crate) fn work_allowed(row: &RecordRow) -> Option<u64> {
     row.servo.and_then(|servo| servo.work_allowed).map(NonZeroU64::get)
 }
 
-/// True if the tick began so late that the servo loop counts it. Recordings of older formats have
-/// no such value.
+/// True if the tick began so late that the servo loop counts it. Recordings of older formats do not
+/// have this value.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "only the window shows it"))]
 pub(crate) fn is_late(servo: Option<&ServoRecord>) -> bool {
     servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())
 }
 
-/// Time since the previous tick, s, for the chain; the nominal period for older formats.
+/// Returns the time since the previous tick, s, for the chain; the nominal period for older
+/// formats.
 pub(crate) fn elapsed(row: &RecordRow) -> f64 {
     row.servo.map_or(row.dt, |servo| servo.elapsed_s)
 }
@@ -103,7 +104,7 @@ pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &P
     Ok(stage)
 }
 
-/// Earlier ticks affect the result, so a replay needs every tick.
+/// Fails if a tick is missing. Earlier ticks affect the result, so a replay needs every tick.
 fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
     let header = &recording.header;
     if let Some(first) = first_part(header) {

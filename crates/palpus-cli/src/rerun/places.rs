@@ -1,7 +1,7 @@
 //! Finds the files of a recorded scene: the scene file in the recording, and its meshes by their
 //! content.
 //!
-//! A mesh is the recorded one if its content has the recorded hash, under any name and in any
+//! A mesh is the recorded mesh if its content has the recorded hash, under any name and in any
 //! folder. The places are searched in this order:
 //!
 //! 1. the recording's folder: the path in the scene file relative to it, and the file name alone;
@@ -53,7 +53,7 @@ impl<'a> Places<'a> {
         others: &[ContentHash],
     ) -> anyhow::Result<Stage> {
         let mut file = parse_scene(text, path, self.policy)?;
-        // Hands and start poses are as recorded.
+        // Hands and start poses stay as recorded.
         file.gaps.places = false;
         (file.probe.pose, file.environment.pose) = (scene.probe.pose, scene.environment.pose);
         for (object, recorded) in file.objects.iter_mut().zip(&scene.objects) {

@@ -1,9 +1,9 @@
-//! Tests before a run whether its pair of bodies is heavy (too slow) for this machine.
+//! Tests before a run whether the pair of bodies is heavy (too slow) for this machine.
 //!
 //! The test is a short rehearsal. The engine follows the scripted hand's path in a small part of
-//! its time, with limited work as in the run, and the hand rests several times. A pair is heavy if
-//! most contacts are extrapolated even at rest, and more than once: at the first contact of two
-//! bodies, every pair of pieces has to be measured for the first time.
+//! its duration, with limited work as in the run, and the hand rests several times. A pair is heavy
+//! if most contacts are extrapolated even at rest, in at least two rests. One rest is not enough:
+//! at the first contact of two bodies, every pair of pieces has to be measured for the first time.
 
 use palpus::algebra::Twist;
 use palpus_device::DeviceState;

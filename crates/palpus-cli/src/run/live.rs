@@ -26,7 +26,7 @@ pub(crate) struct Live {
     pub(crate) separation: f64,
     pub(crate) force: f64,
     pub(crate) torque: f64,
-    /// Recent values: the step over the period, and the share of extrapolated contacts.
+    /// Recent step time divided by the period, and recent share of extrapolated contacts.
     pub(crate) load: f64,
     pub(crate) carried: f64,
     pub(crate) overruns: u64,
@@ -35,7 +35,7 @@ pub(crate) struct Live {
     pub(crate) phase: Phase,
     /// Motion of the probe that enables the force, while the engagement waits for it.
     pub(crate) way_out: Option<WayOut>,
-    /// The same motion in the first tick.
+    /// The motion that enables the force, as computed in the first tick.
     pub(crate) start: Option<WayOut>,
     /// True if the device leads the probe out of the part, or has done so.
     pub(crate) led: bool,
@@ -44,7 +44,7 @@ pub(crate) struct Live {
 }
 
 impl Live {
-    /// Values before the first tick of a run that starts inside the part.
+    /// Creates the values before the first tick of a run that starts inside the part.
     pub(crate) fn new(rate_hz: f64, inside: Option<InsideStart>) -> Self {
         Self {
             ticks: 0,
@@ -71,7 +71,7 @@ impl Live {
         }
     }
 
-    /// Message for a probe that starts inside the part.
+    /// Returns the message for a probe that starts inside the part.
     pub(crate) fn start_in_words(&self) -> Option<String> {
         let start = self.start.filter(|start| start.depth > 0.0)?;
         let depth = start.depth * 1e3;
@@ -130,13 +130,13 @@ const OF_LATE: f64 = 0.02;
 /// Time between two live lines.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 
-/// Shows the newest values until the run is over, as a line that is redrawn on a terminal; prints
-/// nothing elsewhere. Stops the run at `end`. `said_heavy`: a note about a heavy pair was printed
-/// before.
+/// Shows the newest values until the run is over, as a line that is redrawn on a terminal; without
+/// a terminal, prints nothing. Stops the run at `end`. `said_heavy`: a note about a heavy pair was
+/// printed before.
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>, said_heavy: bool) {
     let shown = output::watched();
     keys::take(session.control());
-    let (mut told, mut told_heavy) = (false, said_heavy);
+    let (mut reported, mut reported_heavy) = (false, said_heavy);
     let mut last = session.live().ticks;
     while !session.is_over() {
         std::thread::sleep(LIVE_PERIOD);
@@ -144,9 +144,9 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
             stop.store(true, Ordering::Relaxed);
         }
         let live = session.live();
-        tell_start(&live, &mut told);
-        if live.carried > heavy::HEAVY && !told_heavy {
-            told_heavy = true;
+        tell_start(&live, &mut reported);
+        if live.carried > heavy::HEAVY && !reported_heavy {
+            reported_heavy = true;
             output::note(heavy::IN_WORDS);
         }
         if shown {
@@ -161,21 +161,21 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         }
         last = live.ticks;
     }
-    tell_start(&session.live(), &mut told);
+    tell_start(&session.live(), &mut reported);
     if shown {
         output::live_end();
     }
 }
 
 /// Reports once that the probe started inside the part.
-fn tell_start(live: &Live, told: &mut bool) {
-    if let Some(words) = live.start_in_words().filter(|_| !*told) {
-        *told = true;
+fn tell_start(live: &Live, reported: &mut bool) {
+    if let Some(words) = live.start_in_words().filter(|_| !*reported) {
+        *reported = true;
         output::note(words);
     }
 }
 
-/// Reason for a missing or reduced force.
+/// Returns the reason for a missing or reduced force.
 fn said(phase: Phase) -> &'static str {
     match phase {
         Phase::Engaged => "",

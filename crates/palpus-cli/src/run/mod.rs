@@ -1,7 +1,7 @@
 //! `palpus run`: the closed loop.
 //!
-//! 1. The arguments and a stage become a [`Plan`] for each tool: device, thresholds, settings. With
-//!    an engine they form a [`Ready`].
+//! 1. The arguments and a stage become a [`Plan`] for each tool: device, thresholds, settings. The
+//!    plans and an engine form a [`Ready`].
 //! 2. A [`Session`] owns the servo thread and controls it through newest values.
 //! 3. A window or a line in the terminal shows the session ([`live`]). The window can replace it by
 //!    another session ([`crate::window`]).
@@ -87,7 +87,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
 /// Default length of a run without a window, s.
 const DEFAULT_SECONDS: f64 = 10.0;
 
-/// The tick that `--at` names, in a run of so many seconds.
+/// Returns the tick at the time `at` (s), in a run of `seconds`.
 fn tick_at(at: f64, seconds: f64, rate_hz: f64) -> anyhow::Result<u64> {
     if !(0.0..seconds).contains(&at) {
         bail!("--at {at} is not within the {seconds} s of the run; see --duration");
@@ -95,7 +95,7 @@ fn tick_at(at: f64, seconds: f64, rate_hz: f64) -> anyhow::Result<u64> {
     Ok((at * rate_hz).round() as u64)
 }
 
-/// True if a run that ended so is a failure of the command.
+/// Returns true if this end of a run is a failure of the command.
 fn has_failed(end: &RunEnd) -> bool {
     matches!(end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_))
 }
@@ -106,7 +106,7 @@ fn list() {
     }
 }
 
-/// The start options of a run, from its arguments.
+/// Returns the start options of a run, from its arguments.
 pub(crate) fn beginning(arguments: &RunArguments) -> Beginning<'_> {
     Beginning {
         record: (!arguments.no_record).then_some(arguments.record.as_path()),
@@ -118,7 +118,7 @@ pub(crate) fn beginning(arguments: &RunArguments) -> Beginning<'_> {
     }
 }
 
-/// Goes on in the terminal with a session for which no window could be opened.
+/// Continues a session in the terminal, because no window could be opened for it.
 #[cfg(feature = "window")]
 pub(crate) fn go_on_without_window(
     arguments: &RunArguments,
@@ -140,7 +140,7 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
         run.notes.iter().for_each(output::note);
         report(arguments, &run)?;
         for complaint in run.seats.iter().filter_map(|seat| seat.summary.complaint(run.rate_hz)) {
-            let advice = if strict { "; --lenient takes that for success, `palpus doctor` says more" } else { "" };
+            let advice = if strict { "; --lenient accepts this, and `palpus doctor` gives advice" } else { "" };
             output::note(format!("note: {complaint}{advice}"));
             failed |= strict;
         }
@@ -154,15 +154,15 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// The summaries of all devices, and the recordings; the first one's stands where that of a single
-/// one does, the others under their names.
+/// Summaries and recordings of all devices. The first device's summary is at the top level of the
+/// document, as in a run with one device. The other summaries are below the names of their tools.
 #[derive(Serialize)]
 struct Summaries<'a> {
     #[serde(flatten)]
     first: &'a Summary,
     #[serde(flatten)]
     others: BTreeMap<Cow<'static, str>, &'a Summary>,
-    /// Files, the first device's first.
+    /// Files; the first device's files come first.
     recordings: Vec<&'a Path>,
 }
 
@@ -181,17 +181,18 @@ fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
     }
     for (k, seat) in run.seats.iter().enumerate() {
         let name = if k == 0 { run.name.clone() } else { format!("{}, {} hand", run.name, tools::name(k)) };
-        seat.recordings.iter().for_each(|file| told(&name, file, k == 0));
+        seat.recordings.iter().for_each(|file| report_recording(&name, file, k == 0));
     }
     Ok(())
 }
 
-/// Bytes of the largest recording that is plotted: it is read whole for that.
+/// Size of the largest recording that is plotted, bytes. A plot needs the whole recording in
+/// memory.
 const MOST_PLOTTED: u64 = 500_000_000;
 
-/// Plots a recording of the scene `name`, and prints the paths of both and the command for a
-/// replay. Errors are printed and do not affect the run's result.
-fn told(name: &str, file: &Path, with_replay: bool) {
+/// Plots a recording of the scene `name`. Prints the paths of recording and plot, and the command
+/// for a replay. Errors are printed and do not affect the run's result.
+fn report_recording(name: &str, file: &Path, with_replay: bool) {
     if std::fs::metadata(file).is_ok_and(|file| file.len() > MOST_PLOTTED) {
         output::line(format!("{:>14}  {} (too large for a plot)", "recorded", file.display()));
         return;

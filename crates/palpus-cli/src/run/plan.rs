@@ -50,8 +50,9 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// Plans a run on `stage`, called `name`, for the tool with the arguments `typed`. If this tool
-    /// starts inside one of the tools `after` it (with their start poses, world), it has to leave.
-    /// `in_window`: the run has keys, and without a duration it lasts until it is stopped.
+    /// starts inside one of the tools `after` it (with their start poses, world), this tool has to
+    /// leave. `in_window`: the run has keys, and without a duration the run lasts until it is
+    /// stopped.
     pub(super) fn new(
         arguments: &RunArguments,
         typed: &ToolArguments<'_>,
@@ -122,7 +123,7 @@ impl Plan {
         })
     }
 
-    /// Description of the device.
+    /// Returns the description of the device.
     pub(crate) fn spec(&self) -> &DeviceSpec {
         self.device.spec()
     }
@@ -185,7 +186,7 @@ impl Plan {
     }
 }
 
-/// The device's description, with the limits that the user lowered.
+/// Returns the device's description, with the limits that the user lowered.
 fn lowered(spec: &DeviceSpec, arguments: &RunArguments) -> DeviceSpec {
     let lower = |stated: f64, asked: Option<f64>| asked.map_or(stated, |asked| stated.min(asked));
     DeviceSpec {
@@ -204,7 +205,8 @@ struct Opened {
     notes: Vec<String>,
 }
 
-/// `led_to`: the simulated hand exerts no force before this plane (a point and a normal, world).
+/// Opens the device. `led_to`: the simulated hand exerts no force before this plane (a point and a
+/// normal, world).
 fn open(
     arguments: &RunArguments,
     &ToolArguments { device: named, hand, .. }: &ToolArguments<'_>,
@@ -234,7 +236,7 @@ fn open(
     Ok(Opened { device, guide: Some(publisher).filter(|_| hand.stiffness > 0.0), notes })
 }
 
-/// The hand of a recording, on a device with the recorded device's limits.
+/// Creates a device that replays the hand of a recording, with the recorded device's limits.
 fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let recording = read_recording(file)?;
     check_poses(&recording)?;
@@ -242,7 +244,7 @@ fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(felt).collect())))
 }
 
-/// A recorded state as a device state; the sample times are a nominal period apart.
+/// Converts a recorded state to a device state; the sample times are a nominal period apart.
 fn felt(row: &RecordRow) -> DeviceState {
     DeviceState { time: row.time_ns as f64 * 1e-9, ..state(row) }
 }

@@ -14,11 +14,12 @@ pub(crate) struct Ready {
 }
 
 impl Ready {
-    /// Prepares a run on `stage`, called `name`. `in_window`: without a duration it lasts until it
-    /// is stopped, with memory for all later changes of settings.
+    /// Prepares a run on `stage`, called `name`. `in_window`: without a duration the run lasts
+    /// until it is stopped, and its engine has memory for all later changes of settings.
     pub(crate) fn new(arguments: &RunArguments, name: &str, stage: Stage, in_window: bool) -> anyhow::Result<Self> {
         let typed = ToolArguments::of(arguments, stage.tools().count())?;
-        // The paths of hands that work together have different lengths and would drift apart.
+        // The paths of several hands are not repeated: they have different lengths and would drift
+        // apart.
         let stage = Stage { to_and_fro: in_window && stage.others.is_empty(), ..stage };
         let others: Vec<Stage> = stage.of_others().collect();
         let tools: Vec<_> = stage.tools().map(|(body, pose)| (body.clone(), pose)).collect();
@@ -33,7 +34,7 @@ impl Ready {
         Ok(Self { plans, engine })
     }
 
-    /// The first device's plan.
+    /// Returns the first device's plan.
     pub(crate) fn plan(&self) -> &Plan {
         &self.plans[0]
     }

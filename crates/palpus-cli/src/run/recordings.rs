@@ -32,7 +32,8 @@ pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
 const PATIENCE: Duration = Duration::from_millis(50);
 
 impl Recordings {
-    /// The recordings of device `which`. `header`: header of a recording that begins with the run.
+    /// Creates the recordings of device `which`. `header`: header of a recording that begins with
+    /// the run.
     pub(super) fn new(header: RecordingHeader, which: usize, keep: Keep) -> (Self, Ends) {
         let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
         // Capacity for the first recording and all later requests.
@@ -43,19 +44,19 @@ impl Recordings {
         )
     }
 
-    /// The file that is being written.
+    /// Returns the file that is being written.
     pub(super) fn path(&self) -> Option<&Path> {
         self.writing.as_ref().map(Writing::path)
     }
 
-    /// The error after which nothing is written.
+    /// Returns the error after which nothing is written.
     #[cfg(feature = "window")]
     pub(super) fn trouble(&self) -> Option<String> {
         self.writing.as_ref().and_then(Writing::trouble)
     }
 
-    /// Creates this device's file, one of the `files` of all devices, and its writer; `settings`
-    /// are the current ones.
+    /// Creates this device's file, one of the `files` of all devices, and its writer; `settings`:
+    /// the current settings.
     pub(super) fn start(&mut self, files: &[PathBuf], settings: &Settings) -> anyhow::Result<Rows> {
         self.header.scene.render = *settings;
         if files.len() > 1 {

@@ -35,8 +35,8 @@ pub(super) fn record_spec(spec: &DeviceSpec, into: &mut Table) {
     into.insert(SECTION.into(), Value::Table(table));
 }
 
-/// Returns the description of the recorded device. If the header has none, the limits of its safety
-/// chain are used, and otherwise the simulated device's.
+/// Returns the description of the recorded device. If the header has no description, the limits of
+/// its safety chain are used, or without these the limits of the simulated device.
 pub(super) fn spec_of(more: &Table) -> DeviceSpec {
     let simulated = SimulationSettings::default().spec;
     if let Some(spec) = more.get(SECTION).and_then(Value::as_table).and_then(|table| written(table, &simulated)) {
@@ -60,7 +60,8 @@ pub(super) fn spec_of(more: &Table) -> DeviceSpec {
     }
 }
 
-/// Reads what [`record_spec`] wrote; `None` if it is incomplete or not a valid device.
+/// Reads the description that [`record_spec`] wrote; `None` if the description is incomplete or not
+/// valid.
 fn written(table: &Table, simulated: &DeviceSpec) -> Option<DeviceSpec> {
     let number = |name: &str| table.get(name).and_then(Value::as_float).filter(|value| *value >= 0.0);
     let counts = |name: &str| -> Option<Axes> {
@@ -85,8 +86,7 @@ fn written(table: &Table, simulated: &DeviceSpec) -> Option<DeviceSpec> {
         buttons: table.get("buttons")?.as_integer().and_then(|count| u8::try_from(count).ok())?,
         workspace: sides,
         delay: number("delay").unwrap_or(simulated.delay),
-        // Recordings from before the encoder steps were part of the description have no such
-        // values.
+        // Older recordings have no encoder steps.
         position_step: number("position_step").unwrap_or(0.0),
         angle_step: number("angle_step").unwrap_or(0.0),
     })

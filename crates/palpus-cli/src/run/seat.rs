@@ -1,4 +1,4 @@
-//! One device of a session: its controls, its newest values, and its results.
+//! A *seat* is one device of a session: its controls, its newest values, and its results.
 
 use std::path::PathBuf;
 
@@ -26,7 +26,7 @@ pub(super) struct Seat {
     asked: Publisher<Settings>,
     pub(super) guide: Option<Publisher<Guide>>,
     pub(super) live: Newest<Live>,
-    /// Publishes every tick, for observers of this device.
+    /// Queue with every tick, for an observer of this device.
     pub(super) watched: Option<rtrb::Consumer<WatchedTick>>,
     pub(super) recordings: Recordings,
     faults: Option<FaultLog>,
@@ -85,8 +85,8 @@ impl Seat {
         Ok(Taken { seat, working, newest, stage })
     }
 
-    /// Returns `wanted`, limited to what is possible here. The engine's memory, the device and the
-    /// grip stay the same, and the tool's contact offset is at most the tolerance.
+    /// Returns `wanted`, limited to what is possible for this tool. The engine's memory, the device
+    /// and the grip stay the same, and the tool's contact offset is at most the tolerance.
     pub(super) fn fit(&self, wanted: &Settings) -> Settings {
         let Settings { capacity, time_budget, limits, grip_a, .. } = self.settings;
         let mut settings = Settings { capacity, time_budget, limits, grip_a, ..*wanted };

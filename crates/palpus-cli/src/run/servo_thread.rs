@@ -25,7 +25,8 @@ use crate::summary::Gatherer;
 /// A recording to continue with and the settings in its header; `None` ends recording.
 pub(super) type Order = Option<(Rows, Settings)>;
 
-/// Capacity of the queue of requests. A paused run does not read them while people press buttons.
+/// Capacity of the queue of requests. A paused run does not read requests, but people may still
+/// press buttons.
 pub(super) const ORDERS: usize = 64;
 
 /// All data that the thread needs.
@@ -67,23 +68,23 @@ pub(crate) fn joined<T>(result: thread::Result<T>) -> anyhow::Result<T> {
 }
 
 impl ServoThread {
-    /// Runs the loop from its first tick to its last. Before the first tick it sends the real-time
+    /// Runs the loop from its first to its last tick. Before the first tick it sends the real-time
     /// rights that the system grants to `granted`.
     pub(super) fn turn(self, granted: &mpsc::Sender<Option<RealTimeClaims>>) -> Turned {
         let Self { mut servo, working, mut engine, script, claims, stop } = self;
         // The receiver exists until it has got this message.
         let _ = granted.send(claims.as_ref().map(claim));
-        let told = Told::of(working.len());
+        let previous = PreviousTick::of(working.len());
         let seat = |Working { device, gatherer, log, live, faults, watched }| {
             (device, Sight { gatherer, log, live, faults, watched })
         };
         let (mut devices, sights): (Vec<_>, Vec<_>) = working.into_iter().map(seat).unzip();
         let mut faults = script.in_step();
         let step = |states: &[DeviceState], dt: f64, answers: &mut [Answer]| {
-            if told.panicked.take() {
+            if previous.panicked.take() {
                 engine.forget();
             }
-            for (which, available) in told.available.iter().enumerate() {
+            for (which, available) in previous.available.iter().enumerate() {
                 engine.set_available(which, &available.get());
             }
             engine.step(states, dt, answers);
@@ -92,7 +93,7 @@ impl ServoThread {
                 faults.act(answer);
             }
         };
-        let mut watcher = Watcher { sights, told: &told };
+        let mut watcher = Watcher { sights, previous: &previous };
         let statistics = servo.run_all(&mut devices.iter_mut().collect::<Vec<_>>(), step, &mut watcher, &stop);
         let statistics = statistics.expect("the loop was made for these devices");
         let worked = |(statistics, sight): (RunStatistics, Sight)| Worked { statistics, gatherer: sight.gatherer };
@@ -100,14 +101,14 @@ impl ServoThread {
     }
 }
 
-/// Facts of the last tick for the next step.
-struct Told {
-    /// Facts for each device.
+/// Results of the previous tick that the next step needs.
+struct PreviousTick {
+    /// Available force and torque of each device.
     available: Vec<Cell<Limits>>,
     panicked: Cell<bool>,
 }
 
-impl Told {
+impl PreviousTick {
     fn of(devices: usize) -> Self {
         Self { available: vec![Cell::new(Limits::UNLIMITED); devices], panicked: Cell::new(false) }
     }
@@ -116,14 +117,14 @@ impl Told {
 /// Observes every tick of every device.
 struct Watcher<'a> {
     sights: Vec<Sight>,
-    told: &'a Told,
+    previous: &'a PreviousTick,
 }
 
 impl Watcher<'_> {
     fn see(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
-        self.told.available[tick.device].set(tick.available);
+        self.previous.available[tick.device].set(tick.available);
         if tick.cuts.has(Cut::Panic) {
-            self.told.panicked.set(true);
+            self.previous.panicked.set(true);
         }
         self.sights[tick.device].see(tick, detail);
     }
@@ -172,7 +173,7 @@ pub(super) struct Log {
     /// The engine's settings.
     pub(super) in_force: Settings,
     pub(super) orders: rtrb::Consumer<Order>,
-    /// Finished recordings, returned to be freed elsewhere.
+    /// Finished recordings, which another thread frees.
     pub(super) over: rtrb::Producer<Rows>,
 }
 
@@ -193,14 +194,14 @@ impl Log {
         }
     }
 
-    /// Continues with another recording, or with none, from tick `index` on.
+    /// Continues with another recording, or without a recording, from tick `index` on.
     fn begin(&mut self, order: Order, index: u64) {
         if let Some(rows) = self.rows.take() {
             // The queue has room for all requested recordings.
             let _ = self.over.push(rows);
         }
-        self.rows = order.map(|(mut rows, told)| {
-            if told != self.in_force {
+        self.rows = order.map(|(mut rows, settings)| {
+            if settings != self.in_force {
                 rows.change(index, &self.in_force);
             }
             rows

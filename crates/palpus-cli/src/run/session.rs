@@ -8,8 +8,8 @@
 //! changes of settings. A recording that begins later cannot, because it lacks the state of engine,
 //! tool, friction and safety chain at its first tick. To reset this state would release friction,
 //! move the tool to the device (even behind a wall) and ramp the force again, which the user would
-//! feel. Such a recording keeps the run's tick numbers, by which `palpus replay` recognises it. For
-//! a replay, record the run from its beginning, which is the default.
+//! feel. A recording that begins later keeps the run's tick numbers, by which `palpus replay`
+//! recognises it. For a replay, record the run from its beginning, which is the default.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -39,7 +39,7 @@ pub(crate) struct Session {
     name: String,
     stage: Stage,
     rate_hz: f64,
-    /// The devices. The window shows and controls the first one.
+    /// The devices. The window shows and controls the first device.
     seats: Vec<Seat>,
     control: Arc<RunControl>,
     claims: Option<RealTimeClaims>,
@@ -49,8 +49,8 @@ pub(crate) struct Session {
 /// Options of the start of a run.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Beginning<'a> {
-    /// File of the recording of the first device. If it exists and must not be overwritten, the
-    /// recording gets a number. The recordings of other devices are in the same folder.
+    /// File of the recording of the first device. If this file exists and must not be overwritten,
+    /// the recording gets a number. The recordings of other devices are in the same folder.
     pub(crate) record: Option<&'a Path>,
     /// Real-time options that the servo thread asks for.
     pub(crate) claims: Option<RealTimeOptions>,
@@ -80,7 +80,7 @@ pub(crate) struct Ended {
 }
 
 impl Session {
-    /// Starts the loop on a thread of its own. It ends after its duration, on request, or with
+    /// Starts the loop on its own thread. The loop ends after its duration, on request, or with
     /// `stop`.
     pub(crate) fn start(ready: Ready, beginning: &Beginning<'_>, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
         let Beginning { record, claims, paused, keep, .. } = *beginning;
@@ -157,7 +157,7 @@ impl Session {
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a terminal steers nothing"))]
 impl Session {
     /// Keeps the calling thread, and all threads that it starts later, off the servo thread's core,
-    /// if the servo thread has one.
+    /// if the servo thread has its own core.
     pub(crate) fn leave_core(&self) {
         if let Some(claims) = &self.claims {
             leave_core(claims);
@@ -175,22 +175,22 @@ impl Session {
         self.seats[0].watched.iter_mut().flat_map(|queue| std::iter::from_fn(|| queue.pop().ok()))
     }
 
-    /// Ticks per second.
+    /// Returns the ticks per second.
     pub(crate) fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
 
-    /// Description of the first device.
+    /// Returns the description of the first device.
     pub(crate) fn spec(&self) -> &DeviceSpec {
         &self.seats[0].spec
     }
 
-    /// The stage.
+    /// Returns the stage.
     pub(crate) fn stage(&self) -> &Stage {
         &self.stage
     }
 
-    /// Returns the engine's settings from the next tick on, of the first device's tool.
+    /// Returns the settings of the first device's tool from the next tick on.
     pub(crate) fn settings(&self) -> &Settings {
         &self.seats[0].settings
     }
@@ -198,8 +198,8 @@ impl Session {
     /// Changes the settings. Capacity, time budget, limits, grip and the crease angle of shading
     /// stay the same, because the engine's memory, the device and the grip decide them. The tool's
     /// contact offset is at most the tolerance. Other devices' tools get the same settings except
-    /// for the coupling: it is switched on or off with the first one's, with the values for their
-    /// own devices.
+    /// for the coupling: their coupling is switched on or off with the first tool's coupling, and
+    /// has the values for their own devices.
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         let fit = |(k, seat): (usize, &Seat)| if k == 0 { seat.fit(settings) } else { seat.fit_of_other(settings) };
         let fit: Vec<Settings> = self.seats.iter().enumerate().map(fit).collect();
@@ -219,7 +219,7 @@ impl Session {
     }
 
     /// True if there is a simulated hand that can be moved. If there are several hands, the first
-    /// one is moved.
+    /// hand is moved.
     pub(crate) fn can_guide(&self) -> bool {
         self.seats[0].guide.is_some()
     }

@@ -49,7 +49,7 @@ fn paused(scene: &str, record: Option<PathBuf>) -> Session {
     Session::start(ready, &beginning, &Arc::new(AtomicBool::new(false))).expect("the session starts")
 }
 
-/// This limit is long, since the machine may be busy.
+/// Timeout. It is long, since the machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Continues the session to the end of tick `ticks`.

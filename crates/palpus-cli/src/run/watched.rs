@@ -9,7 +9,7 @@ use crate::engine::Detail;
 /// Number of ticks that may wait: several seconds at 1 kHz.
 const ROOM: usize = 1 << 12;
 
-/// A tick as an observer gets it.
+/// Data of a tick for observers.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window watches"))]
 pub(crate) struct WatchedTick {
@@ -27,7 +27,7 @@ pub(crate) struct WatchedTick {
     pub(crate) separation: f64,
 }
 
-/// Both ends of a queue.
+/// Creates a queue and returns its ends.
 pub(super) fn queue() -> (Watched, rtrb::Consumer<WatchedTick>) {
     let (producer, consumer) = rtrb::RingBuffer::new(ROOM);
     (Watched(producer), consumer)
@@ -37,7 +37,7 @@ pub(super) fn queue() -> (Watched, rtrb::Consumer<WatchedTick>) {
 pub(super) struct Watched(rtrb::Producer<WatchedTick>);
 
 impl Watched {
-    /// Never allocates or waits.
+    /// Passes a tick to the queue. Never allocates or waits.
     pub(super) fn see(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
         let engine = detail.map(|detail| &detail.tick);
         let watched = WatchedTick {

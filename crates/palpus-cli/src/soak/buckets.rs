@@ -45,12 +45,12 @@ impl Buckets {
         self.total
     }
 
-    /// Largest duration, µs.
+    /// Returns the largest duration, µs.
     pub(super) fn longest(&self) -> f64 {
         self.longest as f64 / 1e3
     }
 
-    /// Quantile, µs: `share` of all durations are at most this long.
+    /// Returns a quantile, µs: `share` of all durations are at most this long.
     pub(super) fn quantile(&self, share: f64) -> f64 {
         let wanted = ((self.total as f64 * share).ceil() as u64).max(1);
         let mut seen = 0;
@@ -63,7 +63,7 @@ impl Buckets {
         self.longest()
     }
 
-    /// Number of durations in buckets above the one of this duration (ns).
+    /// Returns the number of durations in buckets above the bucket of `nanos` (ns).
     pub(super) fn beyond(&self, nanos: u64) -> u64 {
         self.counts[place(nanos) + 1..].iter().sum()
     }
@@ -80,7 +80,7 @@ fn place(nanos: u64) -> usize {
     (place as usize).min(COUNT - 1)
 }
 
-/// The longest duration of a bucket, ns.
+/// Returns the longest duration of a bucket, ns.
 fn end(place: usize) -> u64 {
     let place = place as u64;
     if place < PARTS {

@@ -1,5 +1,5 @@
-//! State of the machine during the run: memory of the program, frequency of the cores, other load.
-//! Linux only; `None` elsewhere.
+//! State of the machine during the run: memory of the program, frequency of the cores, load by
+//! other programs. Known on Linux; `None` on other systems.
 
 use std::fs::read_to_string;
 use std::time::Duration;
@@ -13,9 +13,9 @@ use crate::doctor::load::load_average;
 pub(super) struct Sample {
     /// Resident memory of the program, bytes.
     pub(super) resident: Option<u64>,
-    /// Mean frequency of the cores.
+    /// Mean frequency of the cores, MHz.
     pub(super) mhz: Option<f64>,
-    /// Running or waiting threads, over the last minute.
+    /// Mean number of running or waiting threads over the last minute.
     pub(super) load_average: Option<f64>,
 }
 
@@ -30,17 +30,17 @@ impl Sample {
     }
 }
 
-/// Bytes from the second number of `/proc/self/statm`, which counts pages.
+/// Returns the resident memory (bytes) from the second number of `/proc/self/statm`, which counts
+/// pages.
 fn resident(statm: &str) -> Option<u64> {
     let pages: u64 = statm.split_whitespace().nth(1)?.parse().ok()?;
     Some(pages * PAGE)
 }
 
-/// Page size on the processors on which palpus runs with Linux. On processors with larger pages,
-/// the memory is underestimated.
+/// Usual page size of Linux, bytes. On processors with larger pages, the memory is underestimated.
 const PAGE: u64 = 4096;
 
-/// Frequency that the kernel has set, MHz.
+/// Returns the frequency that the kernel has set, MHz.
 fn frequency() -> Option<f64> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let of = |core: usize| -> Option<f64> {
@@ -51,20 +51,20 @@ fn frequency() -> Option<f64> {
     mean(&all)
 }
 
-/// Frequency that the processor reports.
+/// Returns the mean of the frequencies that the processor reports, MHz.
 fn mean_mhz(cpuinfo: &str) -> Option<f64> {
     let of = |line: &str| line.strip_prefix("cpu MHz")?.split_once(':')?.1.trim().parse().ok();
     let all: Vec<f64> = cpuinfo.lines().filter_map(of).collect();
     mean(&all)
 }
 
-/// `None` if there are no values.
+/// Returns the mean; `None` if there are no values.
 pub(super) fn mean(all: &[f64]) -> Option<f64> {
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
-/// Samples over a run of any length in fixed memory: when it is full, every second sample is
-/// removed and the interval between samples doubles.
+/// Samples over a run of any length in fixed memory: when the memory is full, every second sample
+/// is removed and the interval between samples doubles.
 #[derive(Debug)]
 pub(super) struct Watch {
     every: Duration,
@@ -81,7 +81,7 @@ impl Watch {
         Self { every: FIRST, next: Duration::ZERO }
     }
 
-    /// Adds a sample if it is time for one.
+    /// Adds a sample if the interval has passed.
     pub(super) fn look(&mut self, elapsed: Duration, samples: &mut Vec<(f64, Sample)>) {
         if elapsed < self.next {
             return;

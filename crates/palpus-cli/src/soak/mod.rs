@@ -7,8 +7,8 @@
 //!    priority as `palpus run`. The hand ([`scene`]) moves about the scene, into and out of
 //!    contact, without end. The same seed gives the same motion.
 //! 3. The servo thread keeps statistics ([`tally`]) in preallocated memory and publishes them once
-//!    in each interval (a minute in a long run). This thread measures the machine meanwhile
-//!    ([`machine`]): memory, frequency, other load.
+//!    in each interval (a minute in a long run). At the same time, this thread measures the machine
+//!    ([`machine`]): memory, frequency, load by other programs.
 //! 4. After every interval the report ([`report`], [`figures`]) is rewritten, so that a report
 //!    exists after a crash.
 //! 5. When the time is over, or at Ctrl-C, the bare timer is measured again.
@@ -197,7 +197,7 @@ impl Run {
         Ok((statistics, claims))
     }
 
-    /// Description of the device in the recording.
+    /// Returns the recording header for the simulated device.
     fn header(&self, stage: &Stage, settings: Settings, spec: &DeviceSpec, safety: &SafetyOptions) -> RecordingHeader {
         let mut header = stage.header(settings, "sim", self.rate_hz);
         let (limits, engagement) = (safety.limits(spec, self.rate_hz), safety.engagement(spec));

@@ -16,8 +16,8 @@ use crate::args::{SoakArguments, file_policy};
 use crate::bench::find_model;
 use crate::stage::{self, Stage};
 
-/// Largest deviation of the hand from its path along each axis, in contact tolerances. It is
-/// usually a quarter of this.
+/// Largest deviation of the hand from its path along each axis, in contact tolerances. The
+/// deviation is usually a quarter of this value.
 const STRAY_TOLERANCES: f64 = 12.0;
 /// Largest rotation of the hand, rad.
 const STRAY_TURN: f64 = 0.25;
@@ -66,7 +66,7 @@ pub(super) fn prepare(arguments: &SoakArguments) -> anyhow::Result<Ground> {
     Ok(Ground { name, hands: hands.collect::<Result<_, _>>()? })
 }
 
-/// A path through places at which the probe touches, found by a search.
+/// Returns a path through places at which the probe touches, found by a search.
 fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
     let start = stage.environment_pose.inverse() * stage.path.pose(0.0);
     let path = tour(&stage.probe, &stage.environment, start, stage.settings.contact_tolerance, seed);
@@ -78,7 +78,7 @@ fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
     Ok(path.placed(&stage.environment_pose))
 }
 
-/// Writes the scene file of the paper's pair, whose meshes are in `models` or in a folder in it;
+/// Writes the scene file of the paper's pair, whose meshes are in `models` or in a subfolder;
 /// returns its name.
 fn write_pair(models: &Path, out: &Path) -> anyhow::Result<String> {
     let mut meshes = Vec::new();

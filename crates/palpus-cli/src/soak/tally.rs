@@ -1,5 +1,5 @@
-//! Statistics of the servo thread in intervals of fixed size, which it passes on through a
-//! wait-free exchange.
+//! Statistics of the servo thread in intervals of fixed size. The thread publishes each interval
+//! through a wait-free exchange.
 
 use std::time::{Duration, Instant};
 
@@ -49,12 +49,12 @@ pub(super) struct Tally {
     end: Duration,
     now: Interval,
     touching: bool,
-    /// One for each device.
+    /// For each device: true while a fault removes its wrench.
     faulted: Vec<bool>,
 }
 
 impl Tally {
-    /// Creates the counts for a number of devices.
+    /// Creates the statistics for `devices` devices.
     pub(super) fn new(length: Duration, devices: usize, publisher: Publisher<Interval>) -> Self {
         Self {
             length,
@@ -92,7 +92,7 @@ impl Tally {
         }
     }
 
-    /// Counts of the loop, and of the first tool only.
+    /// Adds the values of the loop and of the first tool.
     fn add_first(&mut self, tick: &ServoTick, detail: &Detail) {
         let now = &mut self.now;
         now.ticks += 1;

@@ -1,5 +1,5 @@
-//! A prepared scene, built-in or from a file: bodies, settings in SI, a hand, and a simulated hand
-//! with a path.
+//! A prepared scene, built-in or from a file: bodies, settings in SI units, and a simulated hand
+//! with its path.
 
 mod outside;
 mod prepare;
@@ -40,9 +40,9 @@ pub(crate) struct Stage {
     /// The intended motion of the probe (the frame of its mesh), in the world. The hand itself
     /// holds the grip: see [`Stage::intent`].
     pub(crate) path: HandPath,
-    /// At its end, the path is followed back to the start, and so on.
+    /// True if the path is followed to its end, back to its start, and so on.
     pub(crate) to_and_fro: bool,
-    /// The scene's hand, if the scene states one.
+    /// Name of the scene's hand, if the scene states a hand.
     pub(crate) hand: Option<&'static str>,
     /// The scene's ticks per second, if the scene states them.
     pub(crate) rate_hz: Option<f64>,
@@ -78,14 +78,14 @@ pub(crate) struct OtherTool {
 }
 
 impl Stage {
-    /// The engine's settings on this device at this many ticks per second: within the limits of the
-    /// scene and the device, and with the scene's coupling. Missing values are computed from the
-    /// device.
+    /// Returns the engine's settings on this device at `rate_hz` ticks per second: within the
+    /// limits of the scene and the device, and with the scene's coupling. Missing values are
+    /// computed from the device.
     pub(crate) fn settings_for(&self, spec: &DeviceSpec, rate_hz: f64) -> Settings {
         self.settings_in(self.coupling.mode, spec, rate_hz)
     }
 
-    /// The engine's settings, coupled or direct, whatever the scene says.
+    /// Returns the engine's settings, coupled or direct, whatever mode the scene states.
     pub(crate) fn settings_in(&self, mode: CouplingMode, spec: &DeviceSpec, rate_hz: f64) -> Settings {
         let limits = Limits {
             force: self.settings.limits.force.min(spec.force_max),
@@ -95,17 +95,17 @@ impl Stage {
         coupling.settings(&Settings { limits, ..self.settings }, 1.0 / rate_hz)
     }
 
-    /// Ticks per second: the user's value, or the scene's.
+    /// Returns the ticks per second: the user's value, or the scene's.
     pub(crate) fn rate_hz(&self, typed: Option<f64>) -> f64 {
         typed.or(self.rate_hz).unwrap_or(DEFAULT_RATE_HZ)
     }
 
-    /// The name of the simulated hand: the user's, or the scene's.
+    /// Returns the name of the simulated hand: the user's, or the scene's.
     pub(crate) fn hand_name<'a>(&self, typed: Option<&'a str>) -> &'a str {
         typed.or(self.hand).unwrap_or("normal")
     }
 
-    /// The simulated hand.
+    /// Returns the simulated hand.
     pub(crate) fn hand(&self, typed: Option<&str>) -> anyhow::Result<HandImpedance> {
         let name = self.hand_name(typed);
         match hand_preset(name) {
@@ -114,8 +114,8 @@ impl Stage {
         }
     }
 
-    /// Returns the pose of the grip (world) when the probe has this pose. A device reports the pose
-    /// of the grip.
+    /// Returns the grip's pose (world) when the probe has this pose. A device reports the pose of
+    /// its grip.
     pub(crate) fn grip(&self, probe: Pose) -> Pose {
         probe.with_origin(self.settings.grip_a)
     }
@@ -167,7 +167,7 @@ impl Stage {
             hand: *hand,
             rate_hz: self.rate_hz,
             recorded: RecordedScene { probe: recorded.clone(), ..self.recorded.clone() },
-            // The notes belong to the first one.
+            // The notes belong to the first hand.
             notes: Vec::new(),
             others: Vec::new(),
             objects: self.objects.clone(),
@@ -183,7 +183,8 @@ impl Stage {
         Ok(())
     }
 
-    /// Crease angle of shading, rad: the scene's own, or the default. Sharper edges stay sharp.
+    /// Returns the crease angle of shading, rad: the scene's own, or the default. Sharper edges
+    /// stay sharp.
     pub(crate) fn crease_angle(&self) -> f64 {
         self.settings.shading.map_or(USUAL_CREASE_DEGREES.to_radians(), |shading| shading.crease_angle)
     }
@@ -207,11 +208,11 @@ pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState 
 /// Default rate, ticks per second.
 const DEFAULT_RATE_HZ: f64 = 1000.0;
 
-/// The default of scene files.
+/// Default crease angle of scene files, degrees.
 const USUAL_CREASE_DEGREES: f64 = 40.0;
 
-/// The content of the meshes of a recorded scene as they are now. A replay with other meshes is
-/// refused.
+/// Fails if the content of a mesh differs from the recorded content, because a replay needs the
+/// same meshes.
 pub(crate) fn check_content(stage: &Stage, recorded: &RecordedScene) -> anyhow::Result<()> {
     if stage.recorded.objects.len() != recorded.objects.len() {
         let (now, then) = (stage.recorded.objects.len(), recorded.objects.len());

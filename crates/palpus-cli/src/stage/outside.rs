@@ -1,5 +1,5 @@
-//! Scene files that name meshes outside their own folder. The user is asked before such a file is
-//! read.
+//! Scene files that name meshes outside their own folder. The program asks the user before it reads
+//! such a scene file.
 
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::Path;
@@ -8,14 +8,15 @@ use anyhow::{Context, bail};
 use palpus_io::scene::{FilePolicy, SceneFile, read_scene};
 
 /// Reads a scene file. If it names files outside its folder and `policy` does not allow this, the
-/// user is asked. Without a terminal, it is an error.
+/// user is asked. Without a terminal, the function fails.
 pub(super) fn read_asking(path: &Path, policy: FilePolicy) -> anyhow::Result<SceneFile> {
     let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let answer = || terminal.then(|| ask(&mut std::io::stdin().lock(), &mut std::io::stderr()));
     read(path, policy, &answer)
 }
 
-/// See [`read_asking`]; `answer` asks the question, and returns `None` without a terminal.
+/// Does the work of [`read_asking`]; `answer` asks the question, and returns `None` without a
+/// terminal.
 fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> anyhow::Result<SceneFile> {
     let inside = match (read_scene(path, policy), policy) {
         (Err(error), FilePolicy::Inside) => error,
@@ -42,15 +43,15 @@ fn ask(input: &mut dyn BufRead, output: &mut dyn Write) -> bool {
 mod tests {
     use super::*;
 
-    /// A scene in a folder of its own, with meshes outside of this folder.
+    /// Returns a scene in a folder of its own, with meshes outside of this folder.
     fn scene() -> std::path::PathBuf {
         let folder = std::env::temp_dir().join(format!("palpus-outside-{}", std::process::id()));
         let inner = folder.join("scene");
         std::fs::create_dir_all(&inner).expect("the folder can be created");
-        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("the mesh can be read");
+        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("the mesh can be written");
         let file = inner.join("scene.toml");
         let text = "unit = \"mm\"\n[probe]\nmesh = \"../a.obj\"\n[environment]\nmesh = \"../a.obj\"\n";
-        std::fs::write(&file, text).expect("the scene can be read");
+        std::fs::write(&file, text).expect("the scene can be written");
         file
     }
 

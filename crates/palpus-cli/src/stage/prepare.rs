@@ -25,7 +25,7 @@ use super::outside::read_asking;
 /// surface.
 const MOST_SHADING_TURN_DEGREES: f64 = 45.0;
 
-/// Finds and prepares the scene called `name`: a built-in one, or a scene file by path.
+/// Finds and prepares the scene called `name`: a built-in scene, or a scene file by its path.
 pub(crate) fn prepare(name: &str, policy: FilePolicy) -> anyhow::Result<Stage> {
     prepare_telling(name, policy, &Teller::Bar)
 }
@@ -43,7 +43,7 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     bail!("{}, or name a scene file (TOML)", no_scene(name))
 }
 
-/// Error text for an unknown scene: suggests a similar name and lists all names.
+/// Returns the error text for an unknown scene: a similar name, and all names.
 pub(crate) fn no_scene(name: &str) -> String {
     let scenes = palpus_scenes::scenes();
     let names: Vec<&str> = scenes.iter().map(|scene| scene.name).collect();
@@ -227,12 +227,12 @@ pub(crate) fn of_file(
     })
 }
 
-/// Absolute, so that it is valid from any folder.
+/// Returns the absolute path, which is valid from any folder.
 fn absolute(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
-/// Path that the scene file gives a hand.
+/// Returns the path that the scene file gives a hand.
 fn intended(
     file: &SceneFile,
     hand: &SceneHand,

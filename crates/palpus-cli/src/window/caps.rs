@@ -1,11 +1,11 @@
-//! The SpaceMouse beside the window.
+//! The SpaceMouse that moves the simulated hand in the window.
 
 use std::time::{Duration, Instant};
 
 use palpus_device::{HapticDevice, SpaceMouse, SpaceMouseError};
 use palpus_window::Cap;
 
-/// The SpaceMouse; one that is plugged in later is found too.
+/// The SpaceMouse, which may be plugged in during the run.
 #[derive(Default)]
 pub(super) struct Caps {
     mouse: Option<SpaceMouse>,

@@ -1,8 +1,8 @@
 //! Compares a run with other settings: a second engine on its own thread gets the same device poses
-//! as the first one, tick by tick. Its wrench is not sent to the device.
+//! as the first engine, tick by tick. The wrench of the second engine is not sent to the device.
 //!
-//! The hand feels only the first engine, and its motion depends only on that engine. The comparison
-//! therefore shows two wrenches for the same motion.
+//! The hand feels only the first engine, so the hand's motion depends only on that engine. The
+//! comparison therefore shows two wrenches for the same motion.
 
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
@@ -67,7 +67,7 @@ impl Comparison {
     }
 
     /// Passes the ticks since the last call to `each`, and returns the newest for display; `None`
-    /// before the first.
+    /// before the first tick.
     pub(super) fn take(&mut self, each: &mut dyn FnMut(ComparedTick)) -> Option<&Moment> {
         for tick in self.answers.try_iter().flatten() {
             self.has_answered = true;
@@ -81,7 +81,7 @@ impl Drop for Comparison {
     fn drop(&mut self) {
         self.ticks = None;
         if let Some(thread) = self.thread.take() {
-            // This engine has no messages.
+            // The thread of the second engine has no messages.
             let _ = thread.join();
         }
     }

@@ -1,15 +1,15 @@
-//! Makes a scene from meshes that were opened in the window: from two new ones, or from one new
+//! Makes a scene from meshes that were opened in the window: from two new meshes, or from one new
 //! mesh and one of the current bodies.
 //!
-//! The scene gets a new folder next to the recordings, with both meshes and a scene file. It is
-//! then prepared, recorded, replayed and edited like any other scene.
+//! The scene gets a new folder next to the recordings, with both meshes and a scene file. The new
+//! scene is then prepared, recorded, replayed and edited like any other scene.
 //!
 //! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes from CAD
 //!    may be far from their origin, and the hand holds a probe at the origin.
 //! 2. A body that stays is written with its original content, so that it is not prepared again.
 //! 3. The probe starts above the environment, at a distance from it. The hand has no path and moves
-//!    to the environment from there. Of two new meshes, the program chooses the start as for a
-//!    scene file without one.
+//!    to the environment from there. For two new meshes, the program chooses the start as for a
+//!    scene file without start poses.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -28,7 +28,7 @@ use palpus_window::{FileKind, MeshFile};
 use crate::stage::Stage;
 use crate::{bodies, files, gaps};
 
-/// Parts of the current run that the next one keeps.
+/// Parts of the current run that the next run keeps.
 pub(super) struct Present {
     source: SceneSource,
     /// Start pose of the probe and pose of the environment, in the world.
@@ -57,7 +57,7 @@ pub(super) fn kind(path: &Path) -> Result<FileKind, String> {
         return read_scene(path, FilePolicy::Anywhere).map(|_| FileKind::Scene).map_err(|error| error.to_string());
     }
     let soup = bodies::read_mesh(path).map_err(|error| error.to_string())?;
-    let [low, high] = bounds(soup.vertices.iter().copied()).ok_or("there is nothing in it")?;
+    let [low, high] = bounds(soup.vertices.iter().copied()).ok_or("the mesh is empty")?;
     let triangles = (0..soup.face_count()).map(|face| soup.face(face).len().saturating_sub(2)).sum();
     Ok(FileKind::Mesh { size: high - low, triangles })
 }
@@ -108,7 +108,7 @@ impl Present {
         Ok(scene)
     }
 
-    /// The body that stays, with its original content.
+    /// Returns the body that stays, with its original content.
     fn other(&self, part: Part) -> anyhow::Result<Shape> {
         match &self.source {
             SceneSource::BuiltIn(name) => {
@@ -126,19 +126,19 @@ impl Present {
 }
 
 impl Shape {
-    /// Step 1.
+    /// Reads an opened mesh (step 1).
     fn read(opened: &MeshFile) -> anyhow::Result<Self> {
         let MeshFile { file, metres_per_unit } = opened;
         if !(*metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
             bail!("{metres_per_unit} m is not a valid unit");
         }
         let mut soup = bodies::read_mesh(file)?;
-        let [low, high] = bounds(soup.vertices.iter().copied()).context("there is nothing in it")?;
+        let [low, high] = bounds(soup.vertices.iter().copied()).context("the mesh is empty")?;
         soup.vertices.iter_mut().for_each(|vertex| *vertex -= 0.5 * (low + high));
         Ok(Self { soup, metres_per_unit: *metres_per_unit })
     }
 
-    /// Diagonal of the body's box, m.
+    /// Returns the diagonal of the body's box, m.
     fn size(&self) -> f64 {
         bounds(self.points()).map_or(0.0, |[low, high]| low.distance(high))
     }
@@ -164,8 +164,8 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> Option<[DVec3; 2]> {
     points.map(|point| [point; 2]).reduce(|[low, high], [point, _]| [low.min(point), high.max(point)])
 }
 
-/// The scene file. `kept`: poses of both bodies, and settings that stay; `smallest` is the size of
-/// the smaller body, m.
+/// Returns the text of the scene file. `kept`: poses of both bodies, and settings that stay;
+/// `smallest` is the size of the smaller body, m.
 fn text(new: &[Option<&MeshFile>; 2], units: [f64; 2], kept: Option<([Pose; 2], &Settings)>, smallest: f64) -> String {
     let names = new.iter().flatten().map(|opened| opened.file.to_string_lossy());
     // Keeps the comment on one line, whatever the file name contains.
@@ -211,7 +211,7 @@ mod tests {
         bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-dropped-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("the folder can be created");
-        // A cube of 20 mm, far from its origin.
+        // The cube has sides of 20 mm and is far from its origin.
         let mut cube = String::new();
         for k in 0..8u32 {
             let side = |bit: u32| 500.0 + 20.0 * f64::from(k >> bit & 1);

@@ -1,4 +1,4 @@
-//! Prepares the next scene on a background job while the current run goes on.
+//! Prepares the next scene in a background job while the current run goes on.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -8,7 +8,7 @@ use palpus_window::Loading;
 
 /// A background job with its progress and its result.
 pub(super) struct Loader<T> {
-    told: Arc<Mutex<Loading>>,
+    progress: Arc<Mutex<Loading>>,
     thread: Option<JoinHandle<anyhow::Result<T>>>,
 }
 
@@ -16,9 +16,9 @@ pub(super) struct Loader<T> {
 pub(super) type Tell<'a> = &'a dyn Fn(&str, Option<f64>);
 
 impl<T: Send + 'static> Loader<T> {
-    /// No work yet.
+    /// Creates a loader without work.
     pub(super) fn new() -> Self {
-        Self { told: Arc::default(), thread: None }
+        Self { progress: Arc::default(), thread: None }
     }
 
     /// Starts `work`, with `words` as the name of its first step.
@@ -34,10 +34,10 @@ impl<T: Send + 'static> Loader<T> {
         if self.thread.is_some() {
             return Err("something else is being prepared; wait for it".to_owned());
         }
-        set(&self.told, Loading::UnderWay { words: words.to_owned(), part: None });
-        let told = Arc::clone(&self.told);
+        set(&self.progress, Loading::UnderWay { words: words.to_owned(), part: None });
+        let progress = Arc::clone(&self.progress);
         let tell = move |words: &str, part: Option<f64>| {
-            set(&told, Loading::UnderWay { words: words.to_owned(), part });
+            set(&progress, Loading::UnderWay { words: words.to_owned(), part });
         };
         let thread = std::thread::Builder::new().name("prepare".to_owned()).spawn(move || work(&tell));
         self.thread = Some(thread.map_err(|error| format!("the preparing thread could not start: {error}"))?);
@@ -45,29 +45,29 @@ impl<T: Send + 'static> Loader<T> {
     }
 
     /// Returns the progress.
-    pub(super) fn told(&self) -> Loading {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    pub(super) fn progress(&self) -> Loading {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Returns the result once, when it is ready. Progress of the steps that follow belongs to the
-    /// same job.
+    /// Returns the result once, when it is ready. The job stays in progress until [`Self::end`] is
+    /// called.
     pub(super) fn take(&mut self) -> Option<anyhow::Result<T>> {
         let thread = self.thread.take_if(|thread| thread.is_finished())?;
         let failed = |_| anyhow!("it could not be prepared; please report this");
         Some(thread.join().map_err(failed).and_then(|result| result))
     }
 
-    /// Ends the job, successful or not.
+    /// Ends the job with success or with its error.
     pub(super) fn end(&self, result: anyhow::Result<()>) {
-        set(&self.told, result.map_or_else(|error| Loading::Failed(one_line(&error)), |()| Loading::Idle));
+        set(&self.progress, result.map_or_else(|error| Loading::Failed(one_line(&error)), |()| Loading::Idle));
     }
 }
 
-fn set(told: &Mutex<Loading>, loading: Loading) {
-    *told.lock().unwrap_or_else(PoisonError::into_inner) = loading;
+fn set(progress: &Mutex<Loading>, loading: Loading) {
+    *progress.lock().unwrap_or_else(PoisonError::into_inner) = loading;
 }
 
-/// An error and its causes.
+/// Formats an error and its causes as one line.
 pub(super) fn one_line(error: &anyhow::Error) -> String {
     format!("{error:#}").lines().map(str::trim).collect::<Vec<_>>().join(" ")
 }
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn work_reports_progress_and_finishes_once() {
         let mut loader = Loader::new();
-        assert_eq!(loader.told(), Loading::Idle);
+        assert_eq!(loader.progress(), Loading::Idle);
         let (go, wait) = mpsc::channel::<()>();
         let (said, heard) = mpsc::channel::<()>();
         loader
@@ -103,12 +103,12 @@ mod tests {
             })
             .expect("the work starts");
         heard.recv().expect("the work has started");
-        assert_eq!(loader.told(), Loading::UnderWay { words: "half way".to_owned(), part: Some(0.5) });
+        assert_eq!(loader.progress(), Loading::UnderWay { words: "half way".to_owned(), part: Some(0.5) });
         assert!(loader.take().is_none() && loader.begin("more", |_| Ok(8)).is_err());
         go.send(()).expect("the work waits");
         assert_eq!(done(&mut loader).expect("the work succeeds"), 7);
         loader.end(Ok(()));
-        assert!(loader.told() == Loading::Idle && loader.take().is_none());
+        assert!(loader.progress() == Loading::Idle && loader.take().is_none());
     }
 
     #[test]
@@ -118,8 +118,8 @@ mod tests {
         loader.begin("reading", fail).expect("the work starts");
         let result = done(&mut loader);
         loader.end(result);
-        assert_eq!(loader.told(), Loading::Failed("cup.obj cannot be read: line 3: no number".to_owned()));
+        assert_eq!(loader.progress(), Loading::Failed("cup.obj cannot be read: line 3: no number".to_owned()));
         loader.begin("reading", |_| Ok(())).expect("the work starts");
-        assert!(matches!(loader.told(), Loading::UnderWay { .. }));
+        assert!(matches!(loader.progress(), Loading::UnderWay { .. }));
     }
 }

@@ -25,7 +25,7 @@ mod steered_tests;
 
 use crate::args::RunArguments;
 
-/// Returns why a run has no window; `None` if it may have one.
+/// Returns why a run has no window; `None` if it may have a window.
 pub(crate) fn reason_for_none(arguments: &RunArguments) -> Option<&'static str> {
     let asked = [
         (arguments.headless, "as asked"),
@@ -56,8 +56,8 @@ mod here {
         (!has_display()).then_some("no display")
     }
 
-    /// Runs `ready`, and further runs, in a window until it is closed; in the terminal if no window
-    /// can be opened.
+    /// Runs `ready`, and further runs, in a window until the window is closed. If no window can be
+    /// opened, the run is in the terminal.
     pub(crate) fn run(arguments: &RunArguments, ready: Ready, stop: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {
         let (session, scene, moments) = begin(ready, &run::beginning(arguments), stop)?;
         session.tell_claims();
@@ -72,7 +72,8 @@ mod here {
     }
 
     /// Starts a session with a display. The calling thread draws, and keeps off the loop's core
-    /// from then on. So do the threads that a graphics library without a graphics card starts.
+    /// from then on. Without a graphics card, the graphics library starts threads, which keep off
+    /// this core too.
     pub(super) fn begin(
         mut ready: Ready,
         beginning: &Beginning<'_>,
@@ -87,7 +88,7 @@ mod here {
         Ok((session, scene, moments))
     }
 
-    /// Content of the window before the run.
+    /// Returns the content of the window before the run.
     fn scene(plan: &Plan) -> Scene {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
         let look = Look { xray: true, ..Look::default() };

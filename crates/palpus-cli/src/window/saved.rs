@@ -1,8 +1,8 @@
 //! Saves the scene of a run as a scene file with the current settings.
 //!
-//! 1. The text is the text of the scene's file, or the export of the built-in scene.
-//! 2. The settings of the window replace those of the tables `contact` and `coupling`; other keys
-//!    stay. The start and the grip of the probe are those of the run.
+//! 1. The text comes from the scene's file, or from the export of the built-in scene.
+//! 2. The settings of the window replace the tables `contact` and `coupling`; other keys stay. The
+//!    start and the grip of the probe are taken from the run.
 //! 3. The new file is written into the folder of the original file, so that its meshes are found. A
 //!    built-in scene gets its own folder. Nothing is overwritten.
 
@@ -62,8 +62,9 @@ pub(super) fn save(stage: &Stage, settings: &Settings, is_moved: bool, below: &P
             (text, stage.recorded.metres_per_unit, files::free(Path::new(path)))
         }
     };
-    let mut scene: Table = text.parse().with_context(|| format!("{} is no TOML", file.display()))?;
-    let tables: Table = settings_text::toml(settings, metres_per_unit).parse().context("the settings are no TOML")?;
+    let mut scene: Table = text.parse().with_context(|| format!("{} is not valid TOML", file.display()))?;
+    let tables: Table =
+        settings_text::toml(settings, metres_per_unit).parse().context("the settings are not valid TOML")?;
     for (name, values) in tables {
         let Value::Table(values) = values else { continue };
         let table = table_of(&mut scene, &name)?;
@@ -77,7 +78,7 @@ pub(super) fn save(stage: &Stage, settings: &Settings, is_moved: bool, below: &P
     if scene.contains_key("probe") {
         put_start(&mut scene, stage, settings, metres_per_unit)?;
         if is_moved {
-            // The path of poses has another start.
+            // A path of poses begins at another start, so it is removed.
             let hand = table_of(&mut scene, "hand")?;
             ["path", "path_scale", "path_speed"].iter().for_each(|key| drop(hand.remove(*key)));
         }
@@ -93,7 +94,7 @@ fn read(file: &Path) -> anyhow::Result<String> {
 
 fn table_of<'a>(scene: &'a mut Table, name: &str) -> anyhow::Result<&'a mut Table> {
     let table = scene.entry(name).or_insert_with(|| Value::Table(Table::new()));
-    table.as_table_mut().with_context(|| format!("`{name}` is no table"))
+    table.as_table_mut().with_context(|| format!("`{name}` is not a table"))
 }
 
 /// Writes the start and the grip of the probe.

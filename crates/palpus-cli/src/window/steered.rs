@@ -1,9 +1,9 @@
-//! Executes the window's requests: controls the session, and starts the next one.
+//! Executes the window's requests: controls the session, and starts the next session.
 //!
 //! A requested scene or mesh is prepared while the current run goes on ([`Loader`]). Then the
-//! current run ends and the next one begins, with a recording if there was one. A simulated device
-//! is created before that, so that a failure leaves the current run as it is. Hardware can be
-//! opened only once, so it is released first.
+//! current run ends and the next run begins, with a recording if the current run has one. A
+//! simulated device is created before the current run ends, so that a failure leaves this run as it
+//! is. Hardware can be opened only once, so it is released first.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -46,7 +46,7 @@ pub(super) struct Steered<'a> {
     loader: Loader<Next>,
     /// The next scene and its moments, until the window takes them.
     next: Option<(Scene, Newest<Moment>)>,
-    /// The last shown values.
+    /// Device, settings and numbers of the session, as last shown.
     spec: DeviceSpec,
     settings: Settings,
     live: Live,
@@ -55,16 +55,16 @@ pub(super) struct Steered<'a> {
     /// The background search for the reason of a missing contact.
     untouched: Option<Receiver<String>>,
     recent: Recent,
-    /// True if the window chose the start of the run; the next run keeps it.
+    /// True if the window chose the start: of the current run, and of the next run.
     is_moved: [bool; 2],
-    /// Files that are being loaded; they enter the list of recent files if that succeeds.
+    /// Files that are being loaded; they enter the list of recent files if loading succeeds.
     opened: Vec<PathBuf>,
     cap: Caps,
 }
 
 /// Result of a preparation.
 enum Next {
-    /// A stage and its name; its device is not open yet, and may first lead its probe out.
+    /// A stage and its name. The device is not open yet, and may first lead the probe out.
     Stage { name: String, stage: Box<Stage>, lead_out: bool },
     /// A run with its open device.
     Run(Box<Ready>),
@@ -102,7 +102,7 @@ impl<'a> Steered<'a> {
         Ok(self.ended)
     }
 
-    /// The current run.
+    /// Returns the current run.
     pub(super) fn into_session(self) -> Option<Session> {
         self.session
     }
@@ -115,7 +115,7 @@ impl<'a> Steered<'a> {
         Ok(())
     }
 
-    /// Ends the present run and begins the next one.
+    /// Ends the present run and begins the next run.
     fn follow(&mut self, next: Next) -> anyhow::Result<()> {
         let recorded = self.session.as_ref().is_some_and(|session| session.recording().is_some());
         self.end_session()?;
@@ -181,7 +181,7 @@ fn prepared(
     if let Some(start) = start {
         saved::begin_at(&mut stage, start)?;
     }
-    tell("making ready", None);
+    tell("preparing the run", None);
     let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
     let mut devices = arguments.device.iter().chain(&arguments.second_device);
     if devices.any(is_hardware) {
@@ -190,7 +190,7 @@ fn prepared(
     Ready::new(arguments, &name, stage, true).map(|ready| Next::Run(Box::new(ready)))
 }
 
-/// Folder for scenes that are made in the window, next to the recordings.
+/// Returns the folder for scenes that are made in the window, next to the recordings.
 fn scenes_folder(arguments: &RunArguments) -> PathBuf {
     arguments.record.parent().unwrap_or(Path::new("")).join("scenes")
 }
@@ -302,8 +302,8 @@ impl Run for Steered<'_> {
     }
 
     fn untouched(&mut self) -> Option<String> {
-        if let Some(told) = &self.untouched {
-            return told.try_recv().ok();
+        if let Some(receiver) = &self.untouched {
+            return receiver.try_recv().ok();
         }
         let seconds = self.live.time;
         let session = self.session.as_ref().filter(|_| !self.live.touched)?;
@@ -311,11 +311,11 @@ impl Run for Steered<'_> {
             return None;
         }
         let untouched = Untouched::of(session.stage());
-        let (tell, told) = channel();
+        let (tell, receiver) = channel();
         // Many queries on large meshes take longer than a frame.
         let work = move || tell.send(untouched.reason(true, seconds));
         let begun = session.can_guide() && std::thread::Builder::new().spawn(work).is_ok();
-        self.untouched = begun.then_some(told);
+        self.untouched = begun.then_some(receiver);
         None
     }
 
@@ -411,7 +411,7 @@ impl Run for Steered<'_> {
             }
             self.loader.end(result);
         }
-        self.loader.told()
+        self.loader.progress()
     }
 
     fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)> {

@@ -21,7 +21,7 @@ use crate::args::RunArguments;
 use crate::run::{self, Ready};
 use crate::stage;
 
-/// The timeout is long, since the machine may be busy.
+/// Timeout. It is long, since the machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Polls like a window, once per frame, until `done` returns true.
@@ -125,7 +125,7 @@ fn scene_restarts_at_given_start_and_is_saved() {
         assert!(file.starts_with(folder.join("scenes")), "{}", file.display());
         assert_eq!(run.recent(), std::slice::from_ref(&file));
 
-        // Restarts the original scene, then loads the saved one.
+        // Restarts the original scene, then loads the saved scene.
         run.restart(None).expect("the restart begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
         let (scene, _) = run.replaced().expect("the scene is restarted");

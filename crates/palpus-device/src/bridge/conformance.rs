@@ -30,7 +30,7 @@ pub struct Check {
 
 /// Largest commanded force, N.
 const PUSH: f64 = 0.5;
-/// Largest commanded force, as a share of the peak force.
+/// Largest commanded force, as a fraction of the peak force.
 const PUSH_SHARE: f64 = 0.1;
 /// Allowed difference between the commanded and the applied force, N: a driver may report a rounded
 /// or measured force.
@@ -45,8 +45,8 @@ const RATE_STATES: u64 = 500;
 const RATE_SLACK: f64 = 0.2;
 /// Time for which the wrenches of the tester are valid, µs.
 const VALID_FOR_US: u32 = 20_000;
-/// Number of states within which a driver must have accepted a command. It covers the states in
-/// transit and a tenth of a second at 1 kHz, since the tester itself may be late.
+/// Number of states within which a driver must have accepted a command. The number covers the
+/// states in transit and a tenth of a second at 1 kHz, since the tester itself may be late.
 const PATIENCE_STATES: u64 = 100;
 /// Number of hostile frames, on which no driver may act.
 const HOSTILE_FRAMES: usize = 20_000;
@@ -71,7 +71,7 @@ pub fn conformance(address: &BridgeAddress) -> Result<Vec<Check>, BridgeError> {
         }
     };
     report.add("answers a hello with a welcome", Ok(peer.description()));
-    // The steps run in this order, since later steps need earlier ones.
+    // The steps run in this order, since later steps need the results of earlier steps.
     let steps: [Step; 9] = [
         ("describes a device that can be used", usable),
         ("sends nothing before the first command", quiet_before),
@@ -197,8 +197,7 @@ fn applies(peer: &mut Peer) -> Result<String, String> {
 fn expires(peer: &mut Peer) -> Result<String, String> {
     let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let (knows, sent) = hold(peer, wrench)?;
-    // The driver may need one of its steps after the expiry, and its next state is one period
-    // later.
+    // After the expiry, the driver may take one period to react and one more to send a state.
     let periods = Duration::from_secs_f64(2.0 / peer.welcome.rate_hz).as_nanos() as u64;
     let end = knows.state.time_ns + u64::from(VALID_FOR_US) * 1000 + periods;
     loop {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Reads fields in order. After the end of the bytes it reads zeros.
+/// Reads fields in order. After the end of the bytes, all fields are zero.
 pub(super) struct Reader<'a> {
     bytes: &'a [u8],
 }
@@ -32,8 +32,8 @@ impl<'a> Reader<'a> {
         DVec3::new(self.number(), self.number(), self.number())
     }
 
-    /// Reads UTF-8 text that is padded with zeros; `None` if it is invalid or contains control
-    /// characters.
+    /// Reads UTF-8 text that is padded with zeros; `None` if the text is invalid or contains
+    /// control characters.
     pub(super) fn text<const N: usize>(&mut self) -> Option<String> {
         let field: [u8; N] = self.take();
         let end = field.iter().position(|byte| *byte == 0).unwrap_or(N);

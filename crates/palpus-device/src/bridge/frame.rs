@@ -1,9 +1,10 @@
 //! The frames of the bridge protocol: fixed sizes, little-endian, no padding. `docs/bridge.md`
-//! specifies them.
+//! specifies the frames.
 //!
-//! [`decode`] accepts any bytes as input. It allocates only for the texts of [`Body::Welcome`] and
-//! [`Body::Close`]. It returns a frame only if the whole frame follows the specification: all
-//! numbers are finite, the quaternion has unit length and all counts are within their ranges.
+//! [`decode`] accepts any bytes as input. The function allocates only for the texts of
+//! [`Body::Welcome`] and [`Body::Close`]. A frame is returned only if the whole frame follows the
+//! specification: all numbers are finite, the quaternion has unit length and all counts are within
+//! their ranges.
 
 use std::borrow::Cow;
 
@@ -33,8 +34,8 @@ const HEADER: usize = 32;
 const CHECK: std::ops::Range<usize> = 12..16;
 const NAME: usize = 64;
 const REASON: usize = 96;
-/// Largest deviation of a quaternion from unit length. It allows single precision and decimal
-/// fractions of a few digits.
+/// Largest deviation of a quaternion from unit length. This limit allows single precision and
+/// decimal fractions of a few digits.
 const UNIT_SLACK: f64 = 1e-3;
 /// Largest absolute value of a number in a frame (N, N·m, m, m/s, rad/s). A larger number is an
 /// error, and might overflow when squared.
@@ -97,7 +98,7 @@ pub struct Command {
 /// State of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Time by the device's own clock, ns. Its origin is arbitrary.
+    /// Time by the device's own clock, ns. The origin of this clock is arbitrary.
     pub time_ns: u64,
     /// Pose of the grip in the device's frame (m).
     pub pose: Pose,

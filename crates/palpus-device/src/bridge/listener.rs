@@ -17,7 +17,7 @@ use crate::realtime::{RealTimeOptions, claim};
 /// If no state arrives for this time, the device is lost.
 const LOST_TIME: Duration = Duration::from_millis(250);
 
-/// An applied force above this without a command is an error of the driver, N. A hand can feel it.
+/// Largest force (N) that the driver may apply without a command. A hand feels this force.
 const UNASKED: f64 = 0.5;
 
 /// A state, its sequence number, and the time at which it arrived.
@@ -36,7 +36,7 @@ pub(super) struct Shared {
     pub(super) valid_for: Duration,
     /// True if the device is no longer needed.
     pub(super) over: AtomicBool,
-    /// The reason why no more states will arrive, if so.
+    /// The reason why no more states will arrive; unset while states arrive.
     pub(super) lost: OnceLock<Cow<'static, str>>,
     pub(super) counts: Counts,
     opened: Instant,
@@ -85,7 +85,7 @@ impl Shared {
         (since as i64) as f64 * 1e-9
     }
 
-    /// Sends a command. If the driver has no room for it, the command is counted as unsent.
+    /// Sends a command. If the driver's queue is full, the command is counted as unsent.
     pub(super) fn send(&self, sequence: u64, command: Command) -> io::Result<()> {
         let sent = self.session.send(sequence, Body::Command(command))?;
         self.counts.unsent.fetch_add(u64::from(!sent), Ordering::Relaxed);
@@ -110,8 +110,8 @@ impl Shared {
         Duration::from_nanos(since) > self.valid_for + LOST_TIME
     }
 
-    /// Sends a zero command if the loop has not written for as long as a wrench is valid. This
-    /// keeps the session open.
+    /// Sends a zero command if the loop's last write is older than a wrench stays valid. The
+    /// command keeps the session open.
     fn keep_alive(&self) -> io::Result<()> {
         let silent = self.now().saturating_sub(self.written.load(Ordering::Relaxed));
         if Duration::from_nanos(silent) <= self.valid_for {
@@ -147,7 +147,7 @@ impl Listener {
             // says how to fix it.
             claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
         }
-        // This also reports a panic of this thread.
+        // `Ended` also reports a panic of this thread.
         let _ended = Ended(Arc::clone(&self.shared));
         while !self.shared.over.load(Ordering::Acquire) {
             if let Err(why) = self.turn() {

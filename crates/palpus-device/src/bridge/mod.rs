@@ -7,24 +7,23 @@
 //! 1. [`BridgeDevice::open`] sends a hello with a new nonce. The driver's welcome repeats this
 //!    nonce and adds the session's nonce and the device's description. A command without a wrench
 //!    begins the session.
-//! 2. The driver sends states at its own rate. A thread receives them (`listener`) and keeps the
-//!    newest one for the loop's next read. Frames with another nonce, an old sequence number, a
-//!    wrong CRC or a number out of range are counted and ignored.
-//! 3. The loop's write sends the wrench directly, without waiting. This is the only system call on
-//!    its path. Each command names the state on which it is based, and the time after that state,
-//!    by the device's clock, for which its wrench is valid. After this time the driver goes to zero
-//!    by itself, whatever has happened to palpus. It stays at zero until a command is based on a
-//!    later state.
-//! 4. A state is `withheld` in these cases: the driver says so, no newer state has arrived for 5
-//!    ms, or the thread has ended a wrench because the loop did not write.
+//! 2. The driver sends states at its own rate. A thread (`listener`) receives the states and keeps
+//!    the newest state for the loop's next read. Frames with another nonce, an old sequence number,
+//!    a wrong CRC or a number out of range are counted and ignored.
+//! 3. The loop's write sends the wrench directly, without waiting. This send is the only system
+//!    call on the loop's path. Each command names the state on which it is based. The command also
+//!    says how long after that state, by the device's clock, its wrench stays valid. After this
+//!    time the driver goes to zero by itself, whatever has happened to palpus. The driver stays at
+//!    zero until a command is based on a later state.
+//! 4. A state is `withheld` if the driver says so, or if no newer state has arrived for 5 ms. It is
+//!    also withheld if the thread has ended a wrench because the loop did not write.
 //! 5. The device is lost if no state arrives for a quarter of a second, if the connection or the
 //!    session is closed, or if the driver applies a force although zero was commanded. palpus does
 //!    not reconnect by itself, since the force would return unexpectedly.
 //!
 //! **Why a thread?** A session must stay open before the loop starts and while it stalls. Without
 //! the thread, states would also pile up in the socket in that time, and the loop would read an old
-//! state first. Writes do not go through the thread, since it would have to be woken for each of
-//! them.
+//! state first. Writes do not go through the thread, since each write would have to wake it.
 
 mod address;
 mod conformance;
@@ -55,8 +54,8 @@ pub use conformance::{Check, conformance};
 
 /// Lowest rate of a driver, Hz. At lower rates every state would be too old.
 const SLOWEST: f64 = 500.0;
-/// Usual rate of the loop, Hz. The driver gets it in the hello, and the thresholds are computed
-/// from it.
+/// Usual rate of the loop, Hz. The hello tells this rate to the driver, and the thresholds are
+/// computed from the rate.
 const USUAL_RATE: f64 = 1000.0;
 /// A state older than this is withheld, unless [`STALE_PERIODS`] periods of the driver are longer.
 const STALE_TIME: Duration = Duration::from_millis(5);
@@ -70,8 +69,8 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub struct BridgeOptions {
     /// Address at which the driver listens.
     pub address: BridgeAddress,
-    /// `SCHED_FIFO` priority of the listener thread, if it may have one. It should be one above the
-    /// loop's priority. `None` requests no priority.
+    /// `SCHED_FIFO` priority of the listener thread, if the thread may have a priority. It should
+    /// be the loop's priority plus one. `None` requests no priority.
     pub priority: Option<u8>,
 }
 
@@ -122,7 +121,7 @@ pub struct BridgeCounts {
     pub lost: u64,
     /// Number of ignored frames: damaged, old, or of another session.
     pub ignored: u64,
-    /// Number of commands that were not sent, since the driver does not read them.
+    /// Number of commands that were not sent, since the driver does not read its queue.
     pub unsent: u64,
     /// Number of zero commands that were sent because the loop had not written.
     pub idle: u64,
@@ -152,8 +151,8 @@ impl BridgeDevice {
     /// Connects to the driver and begins a session. Takes at most about two seconds.
     ///
     /// # Errors
-    /// Fails if there is no driver, or if its device cannot be used. Each error says how to fix
-    /// it.
+    /// Fails if there is no driver, or if its device cannot be used. Each error says how to fix the
+    /// problem.
     pub fn open(options: &BridgeOptions) -> Result<Self, BridgeError> {
         let address = &options.address;
         let (session, welcome) = Session::open(address, USUAL_RATE)?;
@@ -238,8 +237,8 @@ impl HapticDevice for BridgeDevice {
         &self.spec
     }
 
-    /// Returns the newest state. While there is no newer one, it returns the same state with the
-    /// same time. Does not wait, except for a new state when a loop starts.
+    /// Returns the newest state. Until a newer state arrives, `read` returns the same state with
+    /// the same time. Does not wait, except for a new state when a loop starts.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
         if self.read.is_none_or(|read| read.elapsed() > PAUSE) {
@@ -266,7 +265,8 @@ impl HapticDevice for BridgeDevice {
             return Err(DeviceError::Refused(Cow::Borrowed("it is not finite")));
         }
         self.alive()?;
-        // Takes the number before it checks the brake's flag; `BridgeBrake` relies on this order.
+        // The write takes the number before it checks the brake's flag; `BridgeBrake` relies on
+        // this order.
         let sequence = self.shared.session.next();
         // A wrench that was computed before the loop saw the interruption must not bring the old
         // force back.
@@ -314,10 +314,10 @@ impl Drop for BridgeDevice {
 
 /// Brake of a bridge device: sends zero, and makes every later command zero.
 ///
-/// The loop may be between the check of the flag and the send. It takes the number of its command
-/// before it checks the flag, and the brake takes a number after it has set the flag. So a
-/// wrench that passed the check has a lower number than this zero command, and the driver ignores
-/// it if it arrives later.
+/// The loop may be between the check of the flag and the send. The loop takes the number of its
+/// command before it checks the flag, and the brake takes a number after it has set the flag. So a
+/// wrench that passed the check has a lower number than this zero command, and the driver
+/// ignores it if it arrives later.
 struct BridgeBrake {
     flag: BrakeFlag,
     shared: Arc<Shared>,

@@ -11,7 +11,7 @@ use super::frame::{self, Body, Command, Frame, LONGEST, Refusal, State, Welcome}
 use super::socket::{Heard, Socket};
 use super::{BridgeAddress, BridgeError};
 
-/// Time limit of a receive. A thread that must end notices it after this time.
+/// Time limit of a receive. A thread checks this often whether it must end.
 pub(super) const PATIENCE: Duration = Duration::from_millis(5);
 /// Time limit for the welcome, and for the first state.
 const FIRST_ANSWER: Duration = Duration::from_secs(1);
@@ -45,7 +45,7 @@ impl Session {
         self.sent.fetch_add(1, Ordering::SeqCst) + 1
     }
 
-    /// Sends `body` as frame number `sequence`. Returns false if there was no room for it.
+    /// Sends `body` as frame number `sequence`. Returns false if the queue is full.
     pub(super) fn send(&self, sequence: u64, body: Body) -> io::Result<bool> {
         let mut buffer = [0; LONGEST];
         self.socket.send(frame::encode(&Frame { nonce: self.nonce, sequence, body }, &mut buffer))

@@ -1,9 +1,10 @@
-//! A connection to a driver. It delivers complete frames or nothing.
+//! A connection to a driver. The connection delivers complete frames or nothing.
 //!
 //! The Unix socket has type `SOCK_SEQPACKET` and not `SOCK_DGRAM`, for these reasons. The
 //! connection ends when either process ends, so each side notices at once. No other process can
-//! send into it. The client needs no socket file. Its queue is bounded by bytes (about 250 states),
-//! while Linux queues only 10 datagrams, which are 2.5 ms of states at 4 kHz.
+//! send into the connection. The client needs no socket file. The queue of a packet socket is
+//! bounded by bytes (about 250 states), while Linux queues only 10 datagrams, which are 2.5 ms of
+//! states at 4 kHz.
 
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
@@ -64,11 +65,11 @@ impl Socket {
         }
     }
 
-    /// Sends a frame. Returns false if there is no room, since the driver has not read earlier
+    /// Sends a frame. Returns false if the queue is full, since the driver has not read earlier
     /// frames.
     pub(super) fn send(&self, frame: &[u8]) -> io::Result<bool> {
         let sent = match self {
-            // A UDP socket takes a datagram or drops it; on loopback it does not wait.
+            // A UDP socket takes a datagram or drops it; on loopback a send does not wait.
             Self::Udp(socket) => socket.send(frame),
             #[cfg(target_os = "linux")]
             Self::Packets(socket) => {

@@ -23,8 +23,8 @@ pub(super) struct Address {
 }
 
 impl Address {
-    /// Parses the address in `options`: a `ws://` URL without user or query. It must be on this
-    /// machine unless other hosts are allowed.
+    /// Parses the address in `options`: a `ws://` URL without user or query. The address must be on
+    /// this machine unless other hosts are allowed.
     pub(super) fn of(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let written = options.address.clone();
         let none = || HaplyError::Address(options.address.clone());
@@ -47,7 +47,8 @@ impl Address {
     }
 }
 
-/// Splits `HOST`, `HOST:PORT`, `[V6]` or `[V6]:PORT` into host and port; `None` if it is malformed.
+/// Splits `HOST`, `HOST:PORT`, `[V6]` or `[V6]:PORT` into host and port; `None` if the text is
+/// malformed.
 fn split_port(authority: &str) -> Option<(&str, u16)> {
     if let Some(rest) = authority.strip_prefix('[') {
         let (host, rest) = rest.split_once(']')?;

@@ -3,7 +3,7 @@
 //! The maker does not document how late the report is. It is also unknown whether the report is
 //! taken before or after the service's filters (force gate, oscillation damper). So a report counts
 //! as correct if it is near one of the last three commands. A weaker force along a command is only
-//! counted. Otherwise:
+//! counted. Other reports have these consequences:
 //!
 //! 1. If no force, a stronger force or a force in another direction is reported for [`PATIENCE`],
 //!    the force is withheld for [`PAUSE`]. The loop must then engage again.
@@ -14,15 +14,16 @@ use glam::DVec3;
 
 /// Number of recent commands to which a report may belong.
 const BACK: usize = 3;
-/// Tolerance of a report: N, and a share of the force. Rounding to single precision is far below
-/// it.
+/// Tolerance of a report: absolute (N), and relative to the force. Rounding errors of single
+/// precision are far smaller than this tolerance.
 const SLACK: (f64, f64) = (0.05, 0.02);
-/// Smallest force, N, that must not be missing or uncommanded. A hand can feel it.
+/// A report counts as missing or uncommanded only from this force on, N. A hand can feel such a
+/// force.
 const FELT: f64 = 0.5;
 /// Time for which the forces may differ, s. The delay of filters is shorter.
 const PATIENCE: f64 = 0.05;
-/// Time for which the force is withheld, s. It is long enough that the safety chain requires
-/// engaging again.
+/// Time for which the force is withheld, s. After so long a time, the safety chain requires that
+/// the device is engaged again.
 const PAUSE: f64 = 0.4;
 /// Time for which an uncommanded force may be reported, s.
 const LOST_TIME: f64 = 0.25;

@@ -1,8 +1,8 @@
 //! The thread that exchanges messages with the service.
 //!
-//! In each turn the thread waits for a command of the loop, at most 5 ms. It discards unrequested
-//! messages and sends the commanded force, or zero. Then it waits for the state, at most 5 ms, and
-//! publishes it for the loop.
+//! In each turn the thread waits for a command of the loop, at most 5 ms. The thread discards
+//! unrequested messages and sends the commanded force, or zero. Then the thread waits for the
+//! state, at most 5 ms, and publishes it for the loop.
 //!
 //! States are numbered, and a command names the newest state on which its force is based. A force
 //! is sent only if it is new, if no answer was lost after that state, and if that state is one of
@@ -39,7 +39,8 @@ pub(super) const IDLE_TIME: Duration = Duration::from_millis(5);
 const LOST_TIME: Duration = Duration::from_millis(250);
 /// Largest number of states that are newer than the state on which a force is based.
 const MOST_BEHIND: u64 = 2;
-/// Largest number of unrequested messages between two turns. A correct service sends none.
+/// Largest number of unrequested messages between two turns. A correct service sends no such
+/// messages.
 const MOST_EXTRA: u64 = 64;
 
 /// A state, with the number of states and the number of gaps so far.
@@ -92,7 +93,7 @@ pub(super) struct Exchange {
     /// The force that was sent last, N.
     sent: DVec3,
     echo: Echo,
-    /// A force must be based on a state with a larger number than this.
+    /// A force must be based on a state with a larger number than this floor.
     floor: u64,
     /// Number of the last command that was handled.
     done: u64,
@@ -133,7 +134,7 @@ impl Exchange {
             // says how to fix it.
             claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
         }
-        // This also reports a panic of this thread.
+        // `Ended` also reports a panic of this thread.
         let shared = Arc::clone(&self.shared);
         let _ended = Ended(shared);
         let lost = loop {
@@ -150,7 +151,7 @@ impl Exchange {
                 "palpus does not reconnect by itself, since the force would return unexpectedly: start the run again";
             let _ = self.shared.lost.set(Cow::Owned(format!("{why}; {again}")));
         }
-        // If the service still reads, this stops the force.
+        // If the service still reads, this message stops the force.
         let _ = self.wire.send(self.talk.force(DVec3::ZERO));
         self.wire.close();
     }
@@ -251,8 +252,8 @@ impl Exchange {
         Ok(())
     }
 
-    /// Discards unrequested messages: late answers, or errors of a service. If they were kept, all
-    /// later states would be old.
+    /// Discards unrequested messages: late answers, or errors of a service. If these messages were
+    /// kept, all later states would be old.
     fn drain(&mut self) -> Result<(), String> {
         for _ in 0..MOST_EXTRA {
             if self.wire.hear(None).map_err(closed)? == Heard::Nothing {

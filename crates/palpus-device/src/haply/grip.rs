@@ -1,16 +1,16 @@
 //! Smooths the orientation of a grip whose sensor is slower than the loop.
 //!
 //! A wireless grip reports a new orientation 50 to 60 times a second, and the service repeats the
-//! last one in between. Differences at the loop's rate would show rest, interrupted by single
-//! ticks of some 50 rad/s. So:
+//! last orientation in between. Differences at the loop's rate would show rest, interrupted by
+//! single ticks of some 50 rad/s. So:
 //!
-//! 1. Only an orientation that differs from the last one is a sample. Its time is the time of its
-//!    arrival.
+//! 1. Only an orientation that differs from the last sample is a new sample. The time of a
+//!    sample is the time of its arrival.
 //! 2. The angular velocity is measured between samples at least 15 ms apart. So neither repeated
 //!    samples nor the noise of a fast sensor are differentiated.
 //! 3. Between samples the orientation is predicted with this velocity, for at most 25 ms.
 //!    After that the grip counts as being at rest.
-//! 4. The result follows the prediction with a time constant of 8 ms, and so does its velocity. So
+//! 4. The returned orientation and velocity follow the prediction with a time constant of 8 ms. So
 //!    a prediction error causes no jump at the next sample.
 
 use glam::{DQuat, DVec3};
@@ -22,11 +22,11 @@ const BASELINE: f64 = 15e-3;
 const HORIZON: f64 = 25e-3;
 /// Time constant of the result, s.
 const LAG: f64 = 8e-3;
-/// Largest angular velocity, rad/s: no wrist is faster (2000 °/s). A faster reading means that the
+/// Largest angular velocity, rad/s: no wrist turns faster (2000 °/s). A larger value means that the
 /// sensor was reset.
 const FASTEST: f64 = 35.0;
-/// Difference from the prediction, rad, at which a sample is returned unsmoothed. So the gate sees
-/// the jump.
+/// Difference from the prediction, rad, from which a sample is returned unsmoothed, so that the
+/// gate sees the jump.
 const JUMP: f64 = 1.0;
 
 /// Filter of a grip's orientation.
@@ -129,8 +129,8 @@ mod tests {
     fn slow_sensor_gives_smooth_rotation() {
         for sensor in [50.0, 60.0, 120.0, 1000.0] {
             let (angle, rate, step) = worst(2.0, sensor);
-            // At 2 rad/s a tick is 2 mrad, and a sample at 50 Hz is 40 mrad. The remaining error is
-            // lag.
+            // At 2 rad/s the grip turns by 2 mrad in a tick, and by 40 mrad between two samples at
+            // 50 Hz. The remaining error is the lag of the filter.
             assert!(angle < 0.025 && rate < 0.3 && step < 0.005, "{sensor} Hz: {angle} rad, {rate} rad/s, {step} rad");
         }
     }

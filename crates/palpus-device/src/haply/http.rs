@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::address::Address;
 use super::wire::Line;
 
-/// Largest number of bytes that are read of an answer.
+/// Largest number of bytes that are read from an answer.
 const MOST: u64 = 1 << 16;
 
 /// Returns the JSON object that the service answers to `GET path`; `None` without such an object.

@@ -6,10 +6,10 @@
 //! both ways.
 //!
 //! **Transforms.** Positions and forces are in the service's application space. Positions are not
-//! in metres if there is a scale (`mount`, `transform`). +X does not point to the right if the axes
-//! are permuted (`basis`) or the workspace is turned (`transform`). All these settings are refused.
-//! A turned or shifted `mount` and a `preset` describe how the arm stands on the desk; they
-//! only appear in the device's notes.
+//! in metres if there is a scale (`mount`, `transform`). +X does not point to the right if the
+//! axes are permuted (`basis`) or the workspace is turned (`transform`). All these settings are
+//! refused. A turned or shifted `mount` and a `preset` describe how the arm stands on the desk.
+//! These settings only appear in the device's notes.
 
 use std::fmt::Write;
 
@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use super::version::Spelling;
 
-/// Names of the arrays that contain grips. A grip may be in two of them.
+/// Names of the arrays that contain grips. A grip may be in two of these arrays.
 const GRIPS: [&str; 3] = ["custom_verse_grip", "wireless_verse_grip", "verse_grip"];
 
 /// Names of buttons. The position in this list is the bit of the button.
@@ -39,7 +39,7 @@ pub struct Arm {
     pub id: String,
     /// Model of the arm.
     pub kind: ArmKind,
-    /// The reason why the arm cannot be used; `None` if it can.
+    /// The reason why the arm cannot be used; `None` if the arm can be used.
     pub trouble: Option<&'static str>,
     /// True if a session uses the arm. Before palpus has sent its first message, this is another
     /// program's session.
@@ -98,7 +98,7 @@ pub struct Sample {
     pub trouble: Option<&'static str>,
     /// The reason why the grip reports no orientation.
     pub grip_trouble: Option<&'static str>,
-    /// The force that the service reports to give, N.
+    /// The force that the arm gives according to the service, N.
     pub given: Option<DVec3>,
 }
 
@@ -178,9 +178,9 @@ pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spellin
     write_device(into, id_in_json, spelling, force);
 }
 
-/// Overwrites `into` with the first message of a session. It commands zero and names the profile
-/// under which the service keeps this program's settings. The service's answer contains these
-/// settings, while the inventory contained the previous ones.
+/// Overwrites `into` with the first message of a session. The message commands zero and names the
+/// profile under which the service keeps this program's settings. The service's answer contains
+/// these settings, while the inventory contained the previous settings.
 pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: Spelling) {
     into.clear();
     into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}},"force_render_full_state":{}},"#);
@@ -215,7 +215,8 @@ fn entries<'a>(root: &'a Value, list: &str) -> impl Iterator<Item = &'a Value> {
     root.get(list).and_then(Value::as_array).into_iter().flatten()
 }
 
-/// Returns the id of an entry. It must be short and printable, since it is shown in lines of text.
+/// Returns the id of an entry. The id must be short and printable, since messages show it in
+/// lines of text.
 fn id(entry: &Value) -> Option<&str> {
     entry.get("device_id")?.as_str().filter(|id| (1..=64).contains(&id.len()) && !id.contains(char::is_control))
 }

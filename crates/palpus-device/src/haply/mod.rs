@@ -1,21 +1,21 @@
 //! Haply Inverse3, Inverse3x and Minverse with a VerseGrip, through the Inverse Service.
 //!
-//! The Inverse Service is the maker's program on the user's machine. It exchanges JSON messages
-//! over a WebSocket. After a connection it lists its devices; then it answers every message with
-//! exactly one state, so the client sets the pace. palpus sends only forces that are based on the
-//! newest states:
+//! The Inverse Service is the maker's program on the user's machine. The service exchanges JSON
+//! messages over a WebSocket. After a connection, the service lists its devices. Then it answers
+//! every message with exactly one state, so the client sets the pace. palpus sends only
+//! forces that are based on the newest states:
 //!
 //! 1. [`HaplyDevice::open`] connects (to loopback addresses only, by default), requests the
 //!    service's version, selects arm and grip, and exchanges one message with zero force.
 //! 2. Then a separate thread exchanges messages with the service (`exchange`). The loop's write
-//!    wakes the thread. It sends the force, waits for the state and publishes it for the loop's
+//!    wakes the thread, which sends the force, waits for the state and publishes it for the loop's
 //!    next read. Neither side waits for the other, and the loop does not allocate.
 //! 3. Each force is sent once. If there is no new force for 5 ms, zero is sent.
 //! 4. After a late, lost or invalid answer, forces based on earlier states are not sent. Zero is
 //!    sent until a force is based on a newer state.
 //! 5. The state is [withheld](DeviceState::withheld) while the arm is not ready or has no power,
 //!    while the grip is asleep or silent, and whenever zero is sent in place of a force. So the
-//!    loop is informed, and its force returns from zero (`exchange`).
+//!    loop learns of each gap, and its force starts again from zero (`exchange`).
 //! 6. The force that the service reports is compared with the commanded force (`echo`).
 //! 7. The device is lost if no state arrives for a quarter of a second, if the connection closes,
 //!    or if the arm or grip is missing. The error says why. palpus does not reconnect by itself,
@@ -73,13 +73,14 @@ pub struct HaplyOptions {
     pub beyond_loopback: bool,
     /// Id of the arm, such as `049D`; `None` for the first arm.
     pub arm: Option<String>,
-    /// `SCHED_FIFO` priority of the exchange thread, if it may have one. It should be one above the
-    /// loop's priority. `None` requests no priority.
+    /// `SCHED_FIFO` priority of the exchange thread, if the thread may have a priority. It should
+    /// be the loop's priority plus one. `None` requests no priority.
     pub priority: Option<u8>,
 }
 
 impl Default for HaplyOptions {
-    /// Returns the first arm of the service on this machine, with a thread of ordinary priority.
+    /// Selects the first arm of the service on this machine. The exchange thread has ordinary
+    /// priority.
     fn default() -> Self {
         Self { address: HAPLY_ADDRESS.to_owned(), beyond_loopback: false, arm: None, priority: None }
     }
@@ -112,7 +113,7 @@ pub enum HaplyError {
         /// The reason.
         why: String,
     },
-    /// The service has no arm, or not the requested one.
+    /// The service has no arm, or not the requested arm.
     #[error("the Inverse Service at {address} has {why}")]
     NoDevice {
         /// Address of the service.
@@ -154,7 +155,7 @@ pub struct HaplyDevice {
 struct Shared {
     /// True if the device is no longer needed.
     over: AtomicBool,
-    /// The reason why no more states will arrive, if so.
+    /// The reason why no more states will arrive; unset while states arrive.
     lost: OnceLock<Cow<'static, str>>,
     counts: Counts,
 }
@@ -181,7 +182,7 @@ pub struct HaplyCounts {
     pub bad: u64,
     /// Number of unrequested messages.
     pub extra: u64,
-    /// Number of states that report another force than the commanded one.
+    /// Number of states that report another force than the commanded force.
     pub otherwise: u64,
     /// Number of forces that were not sent, because they were based on an old state or the device
     /// was not ready.
@@ -196,7 +197,7 @@ impl HaplyDevice {
     ///
     /// # Errors
     /// Fails if there is no service, no device, or no device that can be used. Each error says how
-    /// to fix it, as far as this is known.
+    /// to fix the problem, if a remedy is known.
     pub fn open(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let opened = opening::open(options)?;
         let (states_in, states) = latest(Sensed::first(opened.first));
@@ -272,8 +273,8 @@ impl HapticDevice for HaplyDevice {
         ]
     }
 
-    /// Returns the newest state. While there is no newer one, it returns the same state with the
-    /// same time. Does not wait.
+    /// Returns the newest state. Until a newer state arrives, `read` returns the same state with
+    /// the same time. Does not wait.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
         let Sensed { mut state, index, gap } = *self.states.get();

@@ -24,7 +24,8 @@ use crate::device::{Axes, DeviceSpec, DeviceState, known_devices};
 const FIRST_ANSWER: Duration = Duration::from_secs(1);
 /// Time between two messages while waiting for the grip's orientation.
 const ASK_AGAIN: Duration = Duration::from_millis(10);
-/// Assumed delay of service, cable and firmware, s: one USB frame. The maker does not document it.
+/// Assumed delay of service, cable and firmware, s: one USB frame. The maker does not document this
+/// delay.
 const ASSUMED_DELAY: f64 = 1e-3;
 /// Force limit of arms whose limit is unknown, N.
 const CAUTIOUS_FORCE: f64 = 3.0;
@@ -126,8 +127,9 @@ enum NoSample {
     NotReady(String, String),
 }
 
-/// Returns the first sample; if there is a grip, it includes its orientation. The session's name is
-/// sent only to services that state their version, since older services may not accept it.
+/// Returns the first sample. If there is a grip, the sample includes the orientation of the grip.
+/// The session's name is sent only to services that state their version, since older services may
+/// not accept it.
 fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample, NoSample> {
     let until = Instant::now() + FIRST_ANSWER;
     let mut message = if named { talk.first() } else { talk.force(DVec3::ZERO) };
@@ -156,7 +158,7 @@ fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample,
 
 /// Returns the grip that belongs to `arm`, and the reason for the choice.
 ///
-/// A pairing decides, whether the arm or the grip states it. If the paired grip is missing, no
+/// A pairing decides; either the arm or the grip may state it. If the paired grip is missing, no
 /// other grip is used. Arms and grips without a pairing are matched in the service's order.
 fn grip_of<'a>(arm: &Arm, inventory: &'a Inventory, pairing: Option<&Value>) -> (Option<&'a Grip>, &'static str) {
     let Inventory { arms, grips } = inventory;

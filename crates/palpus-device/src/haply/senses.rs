@@ -50,8 +50,8 @@ impl Senses {
                 self.buttons.hear(buttons);
             }
         } else {
-            // The grip still reports its status, so it is not lost, but its orientation is old. Its
-            // buttons count as released, so a dead-man button disables the force.
+            // The grip still reports its status, so the grip is not lost, but its orientation is
+            // old. The grip's buttons count as released, so a dead-man button disables the force.
             self.heard = time;
             self.buttons = Pressed::default();
         }
@@ -74,8 +74,8 @@ impl Senses {
 }
 
 /// Buttons as the loop sees them. A button that is already down in the first report, or in the
-/// first report after a sleep, counts only after it was released. It was not pressed to enable
-/// forces.
+/// first report after a sleep, counts only after it was released. The user did not press such a
+/// button to enable forces.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pressed {
     known: bool,

@@ -19,7 +19,8 @@ fn wrench(force: DVec3) -> Wrench {
     Wrench { torque: DVec3::ZERO, force }
 }
 
-/// Drives `device` at about 500 Hz for `ticks` ticks, or until it fails. All forces differ.
+/// Drives `device` at about 500 Hz for `ticks` ticks, or until it fails. Each written force is
+/// different.
 fn drive(device: &mut HaplyDevice, ticks: u32) -> Result<(), DeviceError> {
     for _ in 0..ticks {
         device.read()?;

@@ -26,7 +26,7 @@ impl Spelling {
 /// Name and version of a service.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Identity {
-    /// Version as the service writes it; `None` if it does not state one.
+    /// Version as the service writes it; `None` if the service states no version.
     pub(super) version: Option<String>,
     /// A remark for the recording.
     pub(super) note: Option<String>,
@@ -70,7 +70,7 @@ fn number(version: &str) -> Option<(u32, u32)> {
 }
 
 /// Returns the force key for a service of this version; without a version, the key of the newest
-/// one.
+/// version.
 pub(super) fn spelling(version: Option<&str>) -> Spelling {
     match version.and_then(number) {
         Some(number) if number < (3, 5) => Spelling::Values,

@@ -50,8 +50,8 @@ impl Line {
 impl Read for Line {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let Some(until) = self.until else {
-            // Reads without waiting. A very short timeout would wait longer, because of the coarse
-            // clock.
+            // Reads without waiting. A very short timeout would last longer than requested, because
+            // the system's clock is coarse.
             self.tcp.set_nonblocking(true)?;
             let read = self.tcp.read(buffer);
             self.tcp.set_nonblocking(false)?;
@@ -134,7 +134,7 @@ impl Wire {
         Err("it sends too many pings".to_owned())
     }
 
-    /// Closes the connection. It does not matter whether the service receives the close.
+    /// Closes the connection. An error is ignored, since the service need not receive the close.
     pub(super) fn close(mut self) {
         let _ = self.socket.close(None);
         let _ = self.socket.flush();

@@ -16,8 +16,8 @@ use super::Claimed;
 const FIFO: ThreadSchedulePolicy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
 
 pub(super) fn claim_priority(priority: u8) -> Claimed {
-    // If this user may not have `priority`, a lower one may be granted. The priority above it is
-    // reserved for the watchdog.
+    // If this user may not have `priority`, a lower priority may be granted. The next higher
+    // priority is reserved for the watchdog.
     let allowed = getrlimit(Resource::Rtprio).current.and_then(|most| u8::try_from(most).ok()).unwrap_or(0);
     let lower = allowed.saturating_sub(1).min(priority);
     let refused = match set_priority(priority) {
@@ -49,7 +49,7 @@ fn set_priority(priority: u8) -> Result<(), String> {
 }
 
 pub(super) fn lock_memory() -> Claimed {
-    // Under a memory limit, `FUTURE` would make later allocations fail.
+    // Under a memory limit, the `FUTURE` flag would make later allocations fail.
     let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());
     let flags = match limit {
         Some(_) => MlockAllFlags::CURRENT,
@@ -76,22 +76,22 @@ fn is_privileged() -> bool {
     rustix::process::geteuid().is_root()
 }
 
-/// Returns the cores that the process may use. They are the cores that the first thread could use
-/// before it left a core.
+/// Returns the cores that the process may use. The first thread could use these cores before it
+/// left the loop's core.
 fn cores_of_process() -> Result<CpuSet, Errno> {
     static CORES: OnceLock<Result<CpuSet, Errno>> = OnceLock::new();
     *CORES.get_or_init(|| sched_getaffinity(Some(getpid())))
 }
 
 pub(super) fn leave(core: usize) {
-    // If this is refused, only the loop's core is less quiet.
+    // If the system refuses this call, the loop only shares its core with other threads.
     if let Ok(mut rest) = sched_getaffinity(None) {
         rest.unset(core);
         let _ = sched_setaffinity(None, &rest);
     }
 }
 
-/// Pins the calling thread to one core. Also returns the core if it was granted.
+/// Pins the calling thread to one core. Also returns the core if the claim was granted.
 pub(super) fn pin() -> (Claimed, Option<usize>) {
     let refused = |why: String| {
         (Claimed::Refused { why, mend: "let the process use more cores (taskset, cpuset)".to_owned() }, None)
@@ -140,8 +140,8 @@ fn isolated() -> Vec<usize> {
     super::cores(&list)
 }
 
-/// Returns the highest frequency of the core, kHz; 0 if the kernel does not report it. It tells
-/// performance cores from efficiency cores.
+/// Returns the highest frequency of the core, kHz; 0 if the kernel does not report the frequency.
+/// The frequency distinguishes performance cores from efficiency cores.
 fn top_frequency(core: usize) -> u64 {
     let path = format!("/sys/devices/system/cpu/cpu{core}/cpufreq/cpuinfo_max_freq");
     std::fs::read_to_string(path).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)
@@ -152,7 +152,8 @@ pub(super) fn outrank() -> Claimed {
         let why = "the loop has no real-time priority that its watchdog could exceed".to_owned();
         return Claimed::Refused { why, mend: "get the priority first".to_owned() };
     };
-    // The watchdog may run on any core. On the loop's own core it still runs before the loop.
+    // The watchdog may run on any core. On the loop's own core, the watchdog still runs before the
+    // loop.
     if let Ok(all) = cores_of_process() {
         let _ = sched_setaffinity(None, &all);
     }

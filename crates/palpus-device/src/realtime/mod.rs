@@ -2,14 +2,15 @@
 //!
 //! 1. **Priority**: the loop's thread runs before every ordinary thread (`SCHED_FIFO`).
 //! 2. **Locked memory**: the thread never waits for a page of the program to be loaded.
-//! 3. **A core**: the thread stays on one core, if possible an isolated one. This needs priority:
-//!    on a core with other threads, a pinned thread would wait, while an unpinned one could move. A
-//!    thread that draws beside the loop should leave this core ([`leave_core`]).
+//! 3. **A core**: the thread stays on one core, if possible on an isolated core. A pinned thread
+//!    needs priority: on a core with other threads, a pinned thread would wait, while an unpinned
+//!    thread could move to another core. A thread that draws beside the loop should leave this core
+//!    ([`leave_core`]).
 //! 4. **The watchdog**: its thread can be started and has a higher priority than the loop.
 //!    Otherwise a loop that never sleeps would keep the watchdog off its core.
 //!
-//! Each resource is requested separately. If one is refused, the result says why and how to fix
-//! it, and the loop runs without it. This is implemented for Linux; on other systems nothing is
+//! Each resource is requested separately. If one is refused, the result says why and how to fix it,
+//! and the loop runs without it. Claims are implemented for Linux; on other systems nothing is
 //! claimed.
 
 #[cfg(target_os = "linux")]
@@ -17,11 +18,11 @@ mod linux;
 
 use std::fmt;
 
-/// The resources to claim. The default claims all of them.
+/// The resources to claim. The default claims all resources.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RealTimeOptions {
-    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog gets one more); `None` keeps the thread's
-    /// priority.
+    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog gets the next higher priority); `None` keeps
+    /// the thread's priority.
     pub priority: Option<u8>,
     /// Locks the memory of the process.
     pub lock_memory: bool,
@@ -46,7 +47,7 @@ pub enum Claimed {
     Refused {
         /// Reason for the refusal.
         why: String,
-        /// What the user can do about it, in one line.
+        /// Remedy for the user, in one line.
         mend: String,
     },
     /// The claim was not requested, or has no meaning on this system.
@@ -74,7 +75,7 @@ pub struct RealTimeClaims {
     pub core: Claimed,
     /// The priority of the watchdog thread, which is above the priority of the loop.
     pub watchdog: Claimed,
-    /// The core to which the thread is pinned; `None` if it is not pinned.
+    /// The core to which the thread is pinned; `None` if the thread is not pinned.
     pub pinned_to: Option<usize>,
 }
 
@@ -129,8 +130,8 @@ fn rehearsed(answer: std::io::Result<std::thread::Result<Claimed>>) -> Claimed {
 /// Keeps the calling thread, and all threads that it starts later, off the core to which `claims`
 /// pinned a loop. A thread that claims a core later can again choose from all cores of the process.
 ///
-/// Call this after the loop's thread has made its claims and before a window is opened. With
-/// software rendering, threads of the graphics library run on every core that they may use.
+/// Call this function after the loop's thread has made its claims and before a window is opened.
+/// With software rendering, threads of the graphics library run on every core that they may use.
 pub fn leave_core(claims: &RealTimeClaims) {
     if let Some(core) = claims.pinned_to {
         system::leave(core);

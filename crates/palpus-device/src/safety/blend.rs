@@ -1,17 +1,18 @@
-//! Blends the wrench after a change of settings, so that it has no step.
+//! Removes the step of the wrench at a change of settings: the wrench fades from the old to the new
+//! value.
 //!
-//! In the tick in which the settings change, the wrench stays as in the tick before. The difference
-//! then fades out within [`TIME`]. It also fades with the contact: if the new wrench falls because
-//! the hand leaves the surface, the difference falls in proportion, so that it does not pull the
-//! hand back. Force and torque are blended separately.
+//! In the tick of the change, the wrench stays as in the previous tick. The difference from the new
+//! wrench then fades out within [`TIME`]. If the new wrench falls because the hand leaves the
+//! surface, the difference falls in proportion, so that it does not pull the hand back. Force and
+//! torque are treated separately.
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
-/// Time of the blending, s: as long as the ramp from engagement to the full wrench.
+/// Time of the fade, s: as long as the ramp from engagement to the full wrench.
 const TIME: f64 = 0.25;
-/// The difference follows the contact, unless it is larger than the new wrench times this ratio. A
-/// small new wrench says little about the contact.
+/// The difference falls in proportion to the new wrench only if its size is at most this
+/// multiple of the new wrench. A small new wrench says little about the contact.
 const LARGEST_RATIO: f64 = 3.0;
 
 /// The remaining difference from the wrench under the old settings.
@@ -21,15 +22,15 @@ pub(super) struct Blend {
     last: Wrench,
     force: Offset,
     torque: Offset,
-    /// Remaining time of the blending, s.
+    /// Remaining time of the fade, s.
     left: f64,
 }
 
-/// Difference from the new force (or torque) to the old one.
+/// Difference from the new to the old force (or torque).
 #[derive(Clone, Copy, Debug, Default)]
 struct Offset {
     by: DVec3,
-    /// Size of the new force (or torque) when the blending began.
+    /// Size of the new force (or torque) when the fade began.
     size: f64,
 }
 
@@ -63,7 +64,7 @@ impl Blend {
         self.left = (self.left - dt).max(0.0);
     }
 
-    /// Ends the blending while the device is not engaged.
+    /// Ends the fade while the device is not engaged.
     pub(super) fn reset(&mut self, wrench: &Wrench) {
         *self = Self { last: *wrench, ..Self::new() };
     }

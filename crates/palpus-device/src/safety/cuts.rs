@@ -1,7 +1,7 @@
 //! Interventions of the safety chain.
 
-/// Reason why the device got another wrench than the computed one. The order follows the stages of
-/// the chain; reasons from outside the chain come last.
+/// Reason why the device did not get the computed wrench. The order follows the stages of the
+/// chain; reasons from outside the chain come last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cut {
@@ -40,8 +40,8 @@ pub enum Cut {
     Device,
     /// The run is paused, but the device moves on.
     Paused,
-    /// The wrench oscillates without motion of the hand, and is attenuated. It stands here because
-    /// recordings store each cut by its position.
+    /// The wrench oscillates without motion of the hand, and is attenuated. This variant is out of
+    /// order because recordings store each cut by its position.
     LimitCycle,
     /// The device withholds its force ([`DeviceState::withheld`](crate::DeviceState)).
     Withheld,
@@ -49,7 +49,7 @@ pub enum Cut {
     Overrun,
     /// The machine was suspended since the last tick.
     Suspended,
-    /// The settings of the engine changed, and the wrench is blended into the new one.
+    /// The settings of the engine changed, and the wrench fades from the old to the new value.
     Settings,
     /// The run ends, or another scene follows: the wrench fades out.
     Ending,
@@ -143,9 +143,8 @@ impl Cuts {
             | Cut::Overrun.bit()
             | Cut::Suspended.bit(),
     );
-    /// Cuts that are inputs of the chain, since it cannot derive all of them from states and
-    /// wrenches: faults, a paused run, a device that withholds its force, new settings, and a
-    /// run that is about to end.
+    /// Cuts that are inputs of the chain, since the chain cannot derive them from states and
+    /// wrenches: faults, pauses, withheld forces, new settings, and the coming end of a run.
     pub const INPUTS: Self =
         Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
     /// Faults after which the velocity of the state is unreliable.
@@ -230,7 +229,7 @@ impl SafetyCounters {
         self.ticks[cut as usize]
     }
 
-    /// Returns the number of faults. Each counts once, however many ticks it lasts.
+    /// Returns the number of faults. Each fault counts once, however many ticks it lasts.
     pub fn faults(&self) -> u64 {
         self.faults
     }

@@ -1,20 +1,20 @@
-//! Passivity observer and controller: if the hand has received more energy than it has put in, the
-//! grip is damped until the excess is taken back \[Hannaford and Ryu 2002, "HR02"\].
+//! Passivity observer and controller. If the hand has received more energy than it has put in, the
+//! controller damps the grip until the excess is taken back \[Hannaford and Ryu 2002, "HR02"\].
 //!
 //! Translation and rotation share one account: a tool that is pushed into a corner turns in the
 //! hand, so work done by pushing comes back by turning. In every tick:
 //!
-//! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). It
-//!    is positive if the hand has received energy. The wrench that acts now was written earlier;
-//!    the device states the delay ([`SafetyLimits::delay`]).
-//! 2. *Update the account* with this work. A credit is at most the energy that a spring can return
-//!    at peak force. Otherwise a long slide, which puts energy in all the time, would hide a later
-//!    oscillation.
+//! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). The
+//!    work is positive if the hand has received energy. The wrench that acts now was written
+//!    earlier; the device states the delay ([`SafetyLimits::delay`]).
+//! 2. *Update the account* with the observed work. The account's credit is at most the energy that
+//!    a spring can return at peak force. Otherwise a long slide, which puts energy in all the time,
+//!    would hide a later oscillation.
 //! 3. *Control*: take back the energy beyond the allowance, as far as the motion allows in the
 //!    coming tick. A force and a torque act against the velocities, each in proportion to what it
-//!    can take back. Each is at most the part of the wrench along the motion plus a damper that the
-//!    device can render stably. Near rest, where the direction of a velocity is noise, both fade
-//!    out.
+//!    can take back. Force and torque are each at most the component of the wrench along the
+//!    motion, plus the force of a damper that the device can render stably. Near rest, where the
+//!    direction of a velocity is noise, both fade out.
 //! 4. *Onset*: a contact that is pressed while the gain of the engagement rises would return more
 //!    energy than it took. So from the ramp until the wrench is next near zero there is no
 //!    allowance, and the controller acts early: the hand gets back at most its credit per [`LEAD`]
@@ -26,12 +26,12 @@
 //! Energy that the controller takes back acts later and is observed then, so nothing is counted
 //! twice.
 //!
-//! If a loop has several tools, another tool may push this one, and the energy comes from another
+//! If a loop has several tools, another tool may push this tool, and the energy comes from another
 //! hand. So a tool may pass on the energy that it got from contact with other tools, as long as
 //! such contact gives no more energy than it takes ([`ContactAccount`]).
 //!
 //! Differences from HR02: the account uses the wrench that acted, with its delay, instead of the
-//! commanded one. Step 3 has two bounds. A small excess is allowed, since sensed positions have
+//! commanded wrench. Step 3 has two bounds. A small excess is allowed, since sensed positions have
 //! steps.
 
 use glam::DVec3;
@@ -47,8 +47,8 @@ const SLOW: f64 = 3e-3;
 /// Rotation speed below which the direction is noise, rad/s: a tenth of a step of 2.5e-4 rad per
 /// millisecond.
 const SLOW_TURN: f64 = 0.025;
-/// Largest damping of the controller, relative to the damping after a fault. It is less than
-/// half of the damping at which the device would begin to oscillate.
+/// Largest damping of the controller, relative to the damping after a fault. This limit is less
+/// than half of the damping at which the device would begin to oscillate.
 const MOST_DAMPING: f64 = 3.0;
 /// Time constant with which the credit is given back in an onset, s. It is longer than the time
 /// after which a motion is counted.
@@ -86,9 +86,10 @@ pub struct EnergyAccount {
 /// they have taken.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactAccount {
-    /// Energy given to all tools together and not yet taken back, J; negative if more was taken.
+    /// Energy given to all tools together and not yet taken back, J; negative if the contacts took
+    /// more than they gave.
     given: f64,
-    /// Energy that may be given without having been taken, J.
+    /// Energy that the contacts may give before they have taken any, J.
     allowance: f64,
     /// Largest amount by which `given` can be below zero, J; at least 0.
     credit: f64,
@@ -105,7 +106,7 @@ impl ContactAccount {
     }
 
     /// Takes the work that contact did on each tool in this tick, J, by translation and by
-    /// rotation. Replaces it by the part that the tool may pass on to its hand.
+    /// rotation. Replaces each work by the part that the tool may pass on to its hand.
     pub fn pass(&mut self, works: &mut [[f64; 2]]) {
         let sum: f64 = works.as_flattened().iter().sum();
         if !sum.is_finite() {
@@ -207,8 +208,8 @@ impl Port {
         2.0 * self.step * load.length()
     }
 
-    /// Returns the largest part of `load` plus damping that may be taken off, along the motion
-    /// `rate`.
+    /// Returns the largest force (or torque) that may be taken off `load`: its component along the
+    /// motion `rate`, plus damping.
     fn most(&self, load: DVec3, rate: DVec3) -> DVec3 {
         let speed = rate.length();
         if !(speed > 0.0 && speed.is_finite()) {
@@ -346,8 +347,8 @@ mod tests {
 
     #[test]
     fn energy_of_pushing_may_return_by_turning() {
-        // The hand puts in 40 mJ by pushing and gets back 30 mJ by turning. Without the push the 30
-        // mJ would be generated.
+        // The hand puts in 40 mJ by pushing and gets back 30 mJ by turning. Without the push, the
+        // device would have generated these 30 mJ.
         assert_eq!(turned_by_a_corner(4.0), 0);
         assert!(turned_by_a_corner(0.0) > 400);
     }

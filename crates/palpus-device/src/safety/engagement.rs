@@ -12,10 +12,10 @@
 //!               Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
-//! A wrench is given only in `Ramping` (a growing share) and in `Engaged` (all of it). In any
-//! phase, a fault removes it in the tick in which the fault is detected. After the hold time,
-//! automatic engagement goes from `Faulted` directly to `Waiting`. With [`AfterFault::Stop`] a
-//! fault leads to `Stopped`, which is final.
+//! A wrench is given only in `Ramping` (a growing part) and in `Engaged` (the full wrench). In any
+//! phase, a fault removes the wrench in the tick in which the fault is detected. After the hold
+//! time, automatic engagement goes from `Faulted` directly to `Waiting`. With [`AfterFault::Stop`]
+//! a fault leads to `Stopped`, which is final.
 //!
 //! A pause leads to `Idle`, as if the user had released the button. Buttons must then be pressed
 //! again. Without buttons the device waits for a small wrench after the pause.
@@ -47,7 +47,7 @@ pub enum Rearm {
     /// The user presses a button of the device or a key.
     #[default]
     ByPerson,
-    /// The device engages again as after any other fault. This is meant for tests.
+    /// The device engages again as after any other fault. This setting is meant for tests.
     Automatic,
 }
 
@@ -112,7 +112,7 @@ pub(super) struct Event {
     pub(super) buttons: u32,
     /// True if the computed wrench is small enough to begin.
     pub(super) small: bool,
-    /// A fault in this tick, with the reaction to it.
+    /// A fault in this tick, with the required reaction.
     pub(super) fault: Option<AfterFault>,
     /// True if the run is paused, so no force may be given.
     pub(super) paused: bool,
@@ -143,7 +143,7 @@ impl Machine {
         self.phase
     }
 
-    /// Returns the share of the wrench that is given, 0 to 1.
+    /// Returns the fraction of the wrench that is given, 0 to 1.
     pub(super) fn gain(&self) -> f64 {
         match self.phase {
             Phase::Engaged => 1.0,
@@ -185,7 +185,7 @@ impl Machine {
             Phase::Idle | Phase::Faulted if self.requested => self.go(Phase::Waiting),
             _ => {}
         }
-        // One tick may go through several phases: from Waiting on, and through a ramp of length 0.
+        // One tick may go through several phases, for example if the ramp has length 0.
         if self.phase == Phase::Waiting && event.small {
             self.go(Phase::Ramping);
         }

@@ -1,6 +1,7 @@
-//! The gate: checks the states of a device.
+//! The gate: checks the states of a device for these faults.
 //!
-//! 1. A non-finite number or an invalid rotation. The last valid state replaces it, at rest.
+//! 1. A non-finite number or an invalid rotation. The last valid state, at rest, replaces such a
+//!    state.
 //! 2. A jump: a pose that a hand cannot have reached since the last read. The next read is compared
 //!    with the new pose. So a device that was moved away or re-zeroed is accepted at its new pose.
 //! 3. A velocity that no hand can reach.
@@ -8,8 +9,8 @@
 //!    change.
 //! 5. A sample time that runs backwards, or ahead of the loop.
 //!
-//! The gate only detects faults; the chain reacts to them. It is the only part of the chain that
-//! needs the device's clock.
+//! The gate only detects faults; the chain reacts to them. The gate is the only part of the
+//! chain that needs the device's clock.
 
 use palpus::algebra::Pose;
 
@@ -32,8 +33,8 @@ pub struct Gate {
 /// A state for the step, and the faults of the state that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Admitted {
-    /// The state that was read if it is valid, else the last valid one, at rest; `None` before the
-    /// first valid state.
+    /// The state that was read if it is valid, else the last valid state, at rest; `None` before
+    /// the first valid state.
     pub state: Option<DeviceState>,
     /// The state that was read, valid or not.
     pub read: DeviceState,
@@ -47,7 +48,7 @@ impl Gate {
         Self { limits: *limits, last: None, age: 0.0, travel: 0.0, turn: 0.0 }
     }
 
-    /// Checks a state that was read `elapsed` seconds after the last one.
+    /// Checks a state that was read `elapsed` seconds after the previous state.
     pub fn admit(&mut self, read: &DeviceState, elapsed: f64) -> Admitted {
         let mut cuts = Cuts::NONE;
         if !is_finite(read) {
@@ -59,7 +60,7 @@ impl Gate {
         let limits = self.limits;
         cuts.note(Cut::Speed, read.twist.linear.length() > limits.speed || read.twist.angular.length() > limits.turn);
         if let Some(last) = self.last {
-            // The time of reads that gave no valid state also counts.
+            // Also counts the time of earlier reads that gave no valid state.
             let since = elapsed + self.age;
             cuts.note(Cut::PoseJump, self.is_jump(&last.pose, &read.pose, since));
             self.watch_motion(&last, read, elapsed);
@@ -79,7 +80,7 @@ impl Gate {
     fn is_jump(&self, from: &Pose, to: &Pose, since: f64) -> bool {
         let moved = to.translation.distance(from.translation);
         let turned = rotation_between(from.rotation, to.rotation).length();
-        // Written so that an infinite or NaN distance is also a jump.
+        // This form of the comparison also detects an infinite or NaN distance as a jump.
         !(moved <= self.limits.speed * since + self.limits.jump
             && turned <= self.limits.turn * since + self.limits.jump_angle)
     }

@@ -6,11 +6,11 @@
 //!
 //! h' = (F² − h) / τ, where h must stay at or below F_continuous².
 //!
-//! Up to ¾ of that value the peak is allowed. Above it the cap falls to F_continuous, so that the
-//! limit is approached smoothly and h cannot exceed it. Force and torque have separate limits,
-//! since it is not known which motors carry which.
+//! Up to ¾ of that value the peak is allowed. Above that level the cap falls to F_continuous,
+//! so that the limit is approached smoothly and h cannot exceed it. Force and torque have separate
+//! limits, since it is not known which motors produce the force and which the torque.
 
-/// Share of the allowed heat up to which the full peak is allowed.
+/// Fraction of the allowed heat up to which the full peak is allowed.
 const FREE_SHARE: f64 = 0.75;
 
 /// Thermal state of the force or of the torque.
@@ -45,7 +45,7 @@ impl Heat {
         self.heat += (size * size - self.heat) * (1.0 - (-elapsed / self.time).exp());
     }
 
-    /// Returns the share of the allowed heat that is used.
+    /// Returns the fraction of the allowed heat that is used.
     pub(super) fn used(&self) -> f64 {
         let allowed = self.continuous * self.continuous;
         if allowed > 0.0 { self.heat / allowed } else { 0.0 }

@@ -1,14 +1,14 @@
 //! The latch: after repeated faults, the device gives no force until the user presses a button or
 //! key.
 //!
-//! A fault lasts from the loss of the force until the force may return. It counts once, however
-//! many ticks and causes it has.
+//! A fault lasts from the loss of the force until the force may return. A fault counts once,
+//! however many ticks and causes it has.
 
 use super::Rearm;
 
-/// The device latches at this number of faults
+/// Number of faults within [`TIME`] at which the device latches.
 const FAULTS: usize = 3;
-/// within this time, s.
+/// Time within which these faults are counted, s.
 const TIME: f64 = 10.0;
 
 /// Times of the last faults.

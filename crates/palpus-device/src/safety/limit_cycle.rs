@@ -1,27 +1,28 @@
-//! Detects and attenuates limit cycles: oscillations of the computed wrench that the hand does not
-//! make.
+//! Detects and attenuates limit cycles: oscillations of the computed wrench that the hand's motion
+//! does not cause.
 //!
 //! In a passive contact the wrench oscillates only because the hand moves the grip: over a texture,
 //! in stick-slip, or against a wall. In a limit cycle the wrench oscillates while the hand holds
 //! still. Each axis of force and torque is examined separately, so that any period from two ticks
-//! up is detected, even an irregular one:
+//! up is detected, even if the period is irregular:
 //!
 //! 1. *Turning points*: a component of the wrench has a turning point where it has come back from
 //!    an extreme by [`LEAST_SWING`] of the peak. A half cycle goes from one turning point to the
 //!    next and lasts at most [`LONGEST_HALF`].
 //! 2. *Explained by the hand*: motion is measured relative to the travel that explains a swing of
 //!    the whole peak ([`OWN_TRAVEL`], [`OWN_TURN`]). The hand explains a half cycle if the grip is
-//!    displaced far enough within the cycle (texture, stick-slip). It also explains it if the
-//!    grip's path is long enough and the wrench puts no energy into the grip (tremor against a
-//!    wall).
+//!    displaced far enough within the cycle (texture, stick-slip). The hand also explains a half
+//!    cycle if the grip's path is long enough and the wrench puts no energy into the grip (tremor
+//!    against a wall).
 //! 3. *Sustained*: a limit cycle needs [`HALF_CYCLES`] unexplained half cycles over [`LEAST_TIME`].
 //! 4. *Attenuation*: during a limit cycle the gain of the force, or of the torque, falls to
 //!    [`LEAST_GAIN`]. A gain has no phase; a filter would lag, and a lagging spring generates
 //!    energy. The gain rises again only when the cycle is over and the wrench is small, as after a
 //!    fault: a loaded spring that stiffens generates energy.
 //!
-//! A limit cycle is no fault, however strong. A fault drops the force, and with it the tool, in one
-//! tick; the reduced gain leaves as little force as the damping after a fault.
+//! A limit cycle is no fault, however strong it is. A fault would remove the force in one tick,
+//! so that a held tool would fall. The reduced gain leaves as little force as the damping after a
+//! fault.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, rotation_between};
@@ -29,22 +30,24 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use super::SafetyLimits;
 use crate::acting::Acting;
 
-/// Share of the peak below which a swing is noise. Encoder steps in contact reach 0.01 of the peak.
+/// Fraction of the peak below which a swing is noise. Encoder steps in contact reach 0.01 of the
+/// peak.
 const LEAST_SWING: f64 = 0.025;
 /// Longest half cycle that is examined, s: half of the longest period (0.1 s), plus a fifth for
 /// asymmetric cycles.
 const LONGEST_HALF: f64 = 0.06;
-/// Displacement of the grip that explains a swing of the whole peak, m. Couplings need eight times
-/// as much; direct contacts at the limit of stability need twice as much.
+/// Displacement of the grip that explains a swing of the whole peak, m. For this swing a coupling
+/// needs eight times this travel; a direct contact at the limit of stability needs twice this
+/// travel.
 const OWN_TRAVEL: f64 = 1e-3;
 /// Rotation of the grip that explains a swing of the whole peak, rad.
 const OWN_TURN: f64 = 0.04;
-/// Play, as a share of both thresholds above. Motion within it adds nothing to the path, so an
-/// encoder that alternates between two steps (0.03 mm) has no path.
+/// Play, as a fraction of both thresholds above. Motion within the play adds nothing to the path,
+/// so an encoder that alternates between two steps (0.03 mm) has no path.
 const PLAY: f64 = 0.05;
 /// Work in a cycle, relative to swing times path, above which the wrench drives the grip. A passive
-/// wall with a delay of 1.5 ms has 0.04 at 10 Hz. A limit cycle must supply the losses of the
-/// hand's damping, which are 0.07 and more.
+/// wall with a delay of 1.5 ms has a ratio of 0.04 at 10 Hz. A limit cycle must supply the
+/// losses of the hand's damping, which are 0.07 and more.
 const DRIVEN: f64 = 0.05;
 /// Number of unexplained half cycles of a limit cycle. Each explained half cycle subtracts two. An
 /// impact rings for two or three half cycles.

@@ -6,17 +6,17 @@
 use crate::acting::DELAY_MAX;
 use crate::device::{DeviceSpec, known_devices};
 
-/// Largest accepted peak force, N. No desktop device gives more, and the largest hand-held arms are
-/// near it. A larger stated value is reduced to this.
+/// Largest accepted peak force, N. No desktop device gives more force, and the largest hand-held
+/// arms give almost this force. A larger stated value is reduced to this limit.
 const FORCE_CEILING: f64 = 40.0;
 /// Largest accepted peak torque, N·m.
 const TORQUE_CEILING: f64 = 5.0;
-/// A smaller stated value counts as 0 (N, N·m, s, m or rad). It is far below what a hand can feel,
-/// and squares of much smaller numbers underflow.
+/// A stated value below this limit counts as 0 (N, N·m, s, m or rad). This value is far below what
+/// a hand can feel, and squares of much smaller numbers underflow.
 const LEAST_STATED: f64 = 1e-9;
 /// Continuous force relative to the peak force if the maker does not state it. Stated pairs (N):
-/// Phantom Premium 1.5 1.4/8.5, Premium 3.0 3/22, Touch 0.88/3.3, Touch X 1.75/7.9. Their ratios
-/// are 0.14 to 0.27.
+/// Phantom Premium 1.5 1.4/8.5, Premium 3.0 3/22, Touch 0.88/3.3, Touch X 1.75/7.9. The ratios of
+/// these pairs are 0.14 to 0.27.
 const CONTINUOUS_SHARE: f64 = 0.2;
 /// Thermal time constant of the motor windings, s. Data sheets of motors of this size state tens of
 /// seconds.
@@ -52,32 +52,33 @@ const LIGHT_MASS: f64 = 0.2;
 const STALL_TRAVEL: f64 = 10e-3;
 /// Longest time for which a wrench may be held, s, for any force.
 const STALL_LONGEST: f64 = 50e-3;
-/// Lower bounds of this time, s and periods: a single late tick must not trip the watchdog.
+/// Lower bounds of the time for which a wrench may be held, s and periods: a single late tick must
+/// not trip the watchdog.
 const STALL_SHORTEST: f64 = 10e-3;
 const STALL_PERIODS: f64 = 5.0;
-/// Largest wrench at which the device engages, as a share of the peak.
+/// Largest wrench at which the device engages, as a fraction of the peak.
 const ENGAGE_SHARE: f64 = 0.1;
-/// Time from engagement to the full wrench, s. It is longer than a hand's reaction time (0.15 to
-/// 0.2 s).
+/// Time from engagement to the full wrench, s. The ramp is longer than a hand's reaction time (0.15
+/// to 0.2 s).
 const RAMP_TIME: f64 = 0.25;
 /// Time without a fault before the device may be engaged again, s.
 const HOLD_TIME: f64 = 0.25;
 /// Damping coefficient after a fault, divided by the peak force, s/m: the damping reaches
-/// [`REST_SHARE`] of the peak at 0.4 m/s. At 8.5 N it is 2.1 N·s/m. This is a tenth of the damping
-/// at which a light arm would begin to oscillate (0.1 kg, velocity filtered at 100 Hz, wrench two
-/// ticks late).
+/// [`REST_SHARE`] of the peak at 0.4 m/s. At 8.5 N the coefficient is 2.1 N·s/m, a tenth of the
+/// damping at which a light arm would begin to oscillate (0.1 kg, velocity filtered at 100 Hz,
+/// wrench two ticks late).
 const REST_DAMPING: f64 = 0.25;
 /// Angular damping coefficient after a fault, divided by the peak torque, s/rad: 9.4e-4 N·m·s/rad
 /// at 0.188 N·m.
 const REST_ANGULAR_DAMPING: f64 = 5e-3;
-/// Largest damping wrench after a fault, as a share of the peak.
+/// Largest damping wrench after a fault, as a fraction of the peak.
 const REST_SHARE: f64 = 0.1;
 /// Peak force times this travel, m, is the energy that the hand may receive before passivity acts.
-/// It is the energy of a slow oscillation of 1 mm at an eighth of the peak. Encoder steps (0.03 mm)
-/// stay far below.
+/// This energy equals the energy of a slow oscillation of 1 mm at an eighth of the peak. Encoder
+/// steps (0.03 mm) stay far below.
 const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
-/// The thresholds of the safety chain. Callers can read them and set tighter ones.
+/// The thresholds of the safety chain. Callers can read the thresholds and set tighter thresholds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimits {
     /// Largest force, N.
@@ -157,7 +158,7 @@ impl SafetyLimits {
     /// Returns the limits for a device with this `spec` in a loop of `rate_hz`.
     ///
     /// The values that the device states are checked first. A peak that is negative or NaN counts
-    /// as 0. For a device in [`known_devices`], the peaks are at most the listed ones. No peak
+    /// as 0. For a device in [`known_devices`], the peaks are at most the listed peaks. No peak
     /// exceeds 40 N or 5 N·m, which is more than any desktop device gives.
     pub fn of(spec: &DeviceSpec, rate_hz: f64) -> Self {
         let period = 1.0 / rate_hz;
@@ -213,7 +214,12 @@ impl SafetyLimits {
             line("torque_peak", self.torque_peak, "N·m", "at most its known peak, or 5 N·m; 0 without driven rotation"),
             line("force_continuous", self.force_continuous, "N", "as stated, else 0.2 of the peak"),
             line("torque_continuous", self.torque_continuous, "N·m", "as stated, else 0.2 of the peak"),
-            line("heating_time", self.heating_time, "s", "of small motors; the RMS force over it stays continuous"),
+            line(
+                "heating_time",
+                self.heating_time,
+                "s",
+                "of small motors; RMS force over this time is at most continuous",
+            ),
             line("force_slew", self.force_slew, "N/s", "peak in 2 ms: transients up to 175 Hz pass"),
             line("torque_slew", self.torque_slew, "N·m/s", "peak in 2 ms"),
             line("speed", self.speed, "m/s", "fastest reach, 3 m/s; at most the workspace in 0.1 s"),
@@ -222,7 +228,7 @@ impl SafetyLimits {
             line("jump_angle", self.jump_angle, "rad", "extra rotation; plus 20 ms of rotation for slow sensors"),
             line("stale", self.stale, "s", "age of a state: 5 mm at 0.5 m/s; at least 5 periods"),
             line("frozen_travel", self.frozen_travel, "m", "travel by the stated velocity while the pose is unchanged"),
-            line("frozen_turn", self.frozen_turn, "rad", "rotation by it while the pose is unchanged"),
+            line("frozen_turn", self.frozen_turn, "rad", "rotation by the stated velocity while the pose is unchanged"),
             line("stall", self.stall, "s", "√(2·0.2 kg·10 mm/peak): a held force moves a hand 10 mm"),
             line("engage_force", self.engage_force, "N", "0.1 of the peak: the largest force at which it engages"),
             line("engage_torque", self.engage_torque, "N·m", "0.1 of the peak: the largest torque at which it engages"),
@@ -274,10 +280,10 @@ impl SafetyLimits {
         })
     }
 
-    /// Returns for each threshold the tighter one of the two. The tighter value is the smaller one,
-    /// except for `ramp` and `hold`, where it is the longer one. More damping does not count as
-    /// tighter, since it can make the device oscillate. The delay and the encoder steps are no
-    /// thresholds and are kept.
+    /// Returns the tighter of two values for each threshold. The tighter value is the smaller
+    /// value; for `ramp` and `hold` it is the longer time. A larger damping does not count as
+    /// tighter, since it can make the device oscillate. The delay and the encoder steps are not
+    /// thresholds and stay unchanged.
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
         Self {
@@ -318,7 +324,7 @@ impl SafetyLimits {
     }
 }
 
-/// Returns `stated`, at most `most`; 0 if it is NaN, negative or negligible.
+/// Returns `stated`, at most `most`; 0 if `stated` is NaN, negative or negligible.
 fn bounded(stated: f64, most: f64) -> f64 {
     if stated >= LEAST_STATED { stated.min(most) } else { 0.0 }
 }

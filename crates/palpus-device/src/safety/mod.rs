@@ -1,7 +1,7 @@
 //! The safety chain limits each computed wrench before it reaches the hand, for every device and
 //! every source of the wrench.
 //!
-//! Its stages run in this order in every tick, and cannot be switched off:
+//! The stages run in this order in every tick, and cannot be switched off:
 //!
 //! | stage | condition | effect on the wrench |
 //! |---|---|---|
@@ -12,24 +12,24 @@
 //! | 5 slew | the wrench changes faster than the limit (N/s, N·m/s) | a part of the change |
 //! | 6 saturation | the wrench is beyond the device's peak | shorter, same direction |
 //! | 7 heat | the wrench was above the continuous rating for too long | shorter, same direction |
-//! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or a share |
+//! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or a part |
 //! | 9 watchdog | the loop is late or has stalled | zero; a fault |
 //!
 //! A fault removes the wrench in the tick in which it is detected. Then the chain only damps the
 //! grip, with at most a tenth of the peak, along the part of the reported velocity that the poses
-//! confirm. It does not damp while the motion itself is implausible. The force returns only through
-//! the engagement ([`Phase`]); after three faults in ten seconds the user must also press a button
-//! or key.
+//! confirm. The chain does not damp while the motion itself is implausible. The force returns only
+//! through the engagement ([`Phase`]); after three faults in ten seconds the user must also press a
+//! button or key.
 //!
 //! The commanded wrench never changes by more than the slew limit from one message to the next. So
 //! the peak falls to zero within 2 ms after a fault.
 //!
-//! If the settings of the engine change, the wrench is blended from the old to the new one within a
+//! If the settings of the engine change, the wrench fades from the old to the new value within a
 //! quarter of a second.
 //!
 //! While a device withholds its force ([`DeviceState::withheld`]), the commanded wrench falls to
-//! zero. It then returns from zero within 50 ms; after a long time the device must be engaged
-//! again.
+//! zero. The wrench then returns from zero within 50 ms; after a long time the device must be
+//! engaged again.
 //!
 //! A wrench that no stage has to change is returned bit for bit.
 //!
@@ -90,8 +90,8 @@ pub struct Shaped {
     pub cuts: Cuts,
     /// Phase of the engagement.
     pub phase: Phase,
-    /// Thermal limits of the motors in the next tick; infinite where heat does not limit. The
-    /// coupling uses them for the next wrench.
+    /// Thermal limits of the motors in the next tick; infinite if heat does not limit the wrench.
+    /// The coupling uses these limits for the next wrench.
     pub available: Limits,
 }
 
@@ -107,14 +107,14 @@ pub struct SafetyChain {
     machine: Machine,
     motion: Motion,
     blend: Blend,
-    /// Share of the wrench that remains while it fades out at the end.
+    /// Fraction of the wrench that remains while the wrench fades out at the end.
     fade: f64,
     withholding: Withholding,
     heat_force: Heat,
     heat_torque: Heat,
     limit_cycle: LimitCycle,
     passivity: Option<Box<dyn Passivity>>,
-    /// The last wrench after stages 3 to 7, where the slew limit starts.
+    /// The last wrench after stages 3 to 7, from which the next slew is measured.
     shaped: Wrench,
     commanded: Wrench,
 }
@@ -145,7 +145,7 @@ impl SafetyChain {
         }
     }
 
-    /// Replaces the passivity stage; `None` removes it.
+    /// Replaces the passivity stage; `None` removes the stage.
     #[must_use]
     pub fn with_passivity(mut self, stage: Option<Box<dyn Passivity>>) -> Self {
         self.passivity = stage;
@@ -167,13 +167,15 @@ impl SafetyChain {
         self.machine.phase()
     }
 
-    /// Returns the share of the allowed heat that force or torque has used, the larger of the two.
+    /// Returns the fraction of the allowed heat that is used: the larger fraction of force and
+    /// torque.
     pub fn heat(&self) -> f64 {
         self.heat_force.used().max(self.heat_torque.used())
     }
 
     /// Adds the work that moving bodies and other tools did on this tool in this tick, J, by
-    /// translation and rotation ([`Passivity::received`]). Call it before [`Self::shape`].
+    /// translation and rotation ([`Passivity::received`]). Call this function before
+    /// [`Self::shape`].
     pub fn receive(&mut self, work: [f64; 2]) {
         if let Some(stage) = self.passivity.as_mut().filter(|_| self.machine.phase().is_on()) {
             stage.received(work);
@@ -237,7 +239,7 @@ impl SafetyChain {
     }
 
     /// Returns the wrench for the next write at the end of a run: one step of the slew limit closer
-    /// to zero; `None` if zero may follow.
+    /// to zero; `None` if the next wrench may be zero.
     pub fn release(&mut self) -> Option<Wrench> {
         let (wrench, cut) = self.towards(&self.commanded, &Wrench::ZERO, self.period);
         self.commanded = wrench;
@@ -258,8 +260,8 @@ impl SafetyChain {
             && (!torque_felt || wrench.torque.length() <= self.limits.engage_torque)
     }
 
-    /// Before stage 3: blends after a change of settings. Otherwise returns the wrench unchanged,
-    /// bit for bit.
+    /// Before stage 3: removes the step at a change of settings. Otherwise returns the wrench
+    /// unchanged, bit for bit.
     fn blended(&mut self, wrench: &Wrench, cuts: Cuts) -> Wrench {
         let changed = cuts.has(Cut::Settings);
         let within = self.within_peak(wrench);
@@ -295,8 +297,8 @@ impl SafetyChain {
         }
     }
 
-    /// Stage 5. A wrench beyond the peak is not reported as cut once the next two stages would give
-    /// the same result without the slew limit.
+    /// Stage 5. The slew is not reported as a cut if the next two stages give the same result with
+    /// and without it.
     fn slewed(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let (within, cut) = self.towards(&self.shaped, wrench, self.step());
         if !cut {
@@ -349,8 +351,8 @@ impl SafetyChain {
         Wrench { torque: wrench.torque * gain, force: wrench.force * gain }
     }
 
-    /// Follows the computed wrench while the device is not engaged, so that the stages start from
-    /// it.
+    /// While the device is not engaged, passes the computed wrench to the stages as their start
+    /// value.
     fn rest(&mut self, wrench: &Wrench) {
         self.shaped = self.within_peak(wrench);
         self.blend.reset(&self.shaped);
@@ -386,12 +388,12 @@ impl SafetyChain {
 
     /// Returns the time for ramps and slew, s: the elapsed time, but at most one period. So two
     /// successive writes never differ by more than the slew limit of one period, however late the
-    /// second one is.
+    /// second write is.
     fn step(&self) -> f64 {
         self.elapsed.min(self.period)
     }
 
-    /// Moves from one wrench to the other, as far as the slew limit allows in `dt` s. The flag is
+    /// Moves the wrench `from` towards `to`, as far as the slew limit allows in `dt` s. The flag is
     /// true if the end was not reached.
     fn towards(&self, from: &Wrench, to: &Wrench, dt: f64) -> (Wrench, bool) {
         let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * dt);
@@ -400,11 +402,11 @@ impl SafetyChain {
     }
 }
 
-/// Returns `to`, or the point at distance `most` from `from` on the way to `to`. The flag is true
-/// in the second case.
+/// Returns `to`, and false. If `to` is farther than `most` from `from`, returns the point at
+/// distance `most` on the way to `to`, and true.
 fn step_towards(from: DVec3, to: DVec3, most: f64) -> (DVec3, bool) {
     let way = to - from;
-    // Scales first: the square of a finite number, and the difference of two, need not be finite.
+    // Scales first, since squares and differences of finite numbers may overflow.
     let largest = way.abs().max_element();
     if largest <= 0.0 {
         return (to, false);

@@ -3,8 +3,9 @@
 //! The velocity that a device reports may be wrong, because of a driver's filter after a jump, a
 //! stuck sensor, or a number that the gate has just refused. Damping against a wrong velocity would
 //! push the hand. So damping uses only the part of the reported velocity that the poses of the last
-//! ticks confirm: along their mean velocity, and at most as fast as either. After a tick with an
-//! implausible velocity it is zero until new poses have confirmed it.
+//! ticks confirm. This part is the component along the mean velocity of these poses, limited
+//! to that mean speed. After a tick with an implausible velocity, the confirmed part is zero until
+//! new poses show motion.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, rotation_between};
@@ -22,7 +23,7 @@ pub(super) struct Motion {
 
 impl Motion {
     /// Takes the grip's `pose`, `elapsed` seconds (more than 0) after the last tick. `blind` is
-    /// true if its motion is implausible.
+    /// true if the grip's motion is implausible.
     pub(super) fn follow(&mut self, pose: &Pose, elapsed: f64, blind: bool) {
         if blind {
             *self = Self::default();

@@ -10,9 +10,9 @@ pub struct SafetyOptions {
     /// device has no buttons, forces are enabled automatically.
     pub engagement: Option<Engagement>,
     /// Thresholds of the chain; `None` for [`SafetyLimits::of`] the device. A threshold that is
-    /// looser than the device's is replaced by the device's.
+    /// looser than the threshold of the device has no effect.
     pub limits: Option<SafetyLimits>,
-    /// Accepts looser thresholds, even infinite ones. Use this only in tests, never with a
+    /// Accepts looser thresholds, even infinite thresholds. Use this only in tests, never with a
     /// device that a person holds.
     pub loosened: bool,
     /// Reaction to a fault that the loop survives.

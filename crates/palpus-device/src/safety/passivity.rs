@@ -10,8 +10,8 @@ pub trait Passivity: Send {
     /// Returns `computed`, or the wrench that may be commanded instead, for a grip in `state`.
     ///
     /// `elapsed` is the time since the last call, s. The last commanded wrench was held for this
-    /// time, and the next one will be held as long. The result must be finite. If no energy must be
-    /// removed, it must equal `computed` bit for bit; any other result counts as
+    /// time, and the next wrench will be held as long. The result must be finite. If no energy must
+    /// be removed, it must equal `computed` bit for bit; any other result counts as
     /// [`super::Cut::Passivity`].
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench;
 
@@ -24,8 +24,9 @@ pub trait Passivity: Send {
     }
 
     /// Adds the work that moving bodies and the tools of other devices did on this tool in this
-    /// tick, J, by translation and by rotation; negative if the tool did work on them. The hand may
-    /// receive this energy. Called before [`Self::limit`].
+    /// tick, J, by translation and by rotation. The work is negative if the tool did work on the
+    /// others. The hand may receive this energy. The chain calls this function before
+    /// [`Self::limit`].
     fn received(&mut self, _: [f64; 2]) {}
 
     /// Takes the wrench that was commanded in this tick, after all later stages, for the energy

@@ -276,8 +276,8 @@ fn gate_accepts_motion_of_a_hand() {
         let admitted = gate.admit(&sample(tick), DT);
         assert_eq!((admitted.state, admitted.cuts), (Some(sample(tick)), Cuts::NONE));
     }
-    // The grip then rests for ten seconds with an unchanged pose and new samples. One more tick
-    // comes three ticks late.
+    // The grip then rests for ten seconds with an unchanged pose and new samples. A last tick is
+    // three periods late.
     let still = DeviceState { twist: Twist::default(), ..sample(999) };
     for tick in 0..10_000 {
         assert!(gate.admit(&DeviceState { time: sample(1000 + tick).time, ..still }, DT).cuts.is_none());
@@ -316,7 +316,7 @@ fn gate_rejects_impossible_motion() {
     let (there, back) = spoilt(|state| state.time -= 1.0);
     assert!(only(there.cuts, Cut::DeviceClock) && only(back.cuts, Cut::DeviceClock));
     assert!(only(spoilt(|state| state.time += 1.0).0.cuts, Cut::DeviceClock));
-    // Without a valid state so far, there is no state for the step.
+    // Before the first valid state, there is no state for the step.
     let mut gate = Gate::new(&limits());
     let bad = DeviceState { time: f64::NAN, ..sample(0) };
     let admitted = gate.admit(&bad, DT);
@@ -395,7 +395,7 @@ fn damping_uses_only_confirmed_velocity() {
 }
 
 #[test]
-fn changed_settings_are_blended_in() {
+fn changed_settings_fade_in() {
     let limits = limits();
     let mut chain = engaged(&limits);
     for _ in 0..10 {
@@ -409,7 +409,7 @@ fn changed_settings_are_blended_in() {
         assert!((0.0..=4.25 * DT / 0.25 * 1.001).contains(&step) && shaped.phase == Phase::Engaged, "{step} N at {k}");
         last = shaped.wrench.force.x;
     }
-    assert_eq!(last, 6.3, "the blending must end exactly at the new wrench");
+    assert_eq!(last, 6.3, "the fade must end exactly at the new wrench");
     // The settings change back, and the hand leaves the contact: the difference must fall with the
     // contact.
     chain.shape(&at_rest(), &force(DVec3::X * 2.05), reported(Cut::Settings), DT);

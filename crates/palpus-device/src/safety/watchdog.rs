@@ -1,9 +1,10 @@
 //! The watchdog: removes the device's force when the loop stops responding.
 //!
-//! The loop *beats* whenever it has written a wrench. It *rests* after a zero wrench, which may be
-//! held without limit. A separate thread calls [`Watch::check`]. If the last beat is older than a
-//! wrench may be held, it applies the device's [`Brake`]. A loop that still runs then finds the
-//! brake applied, counts a fault, and releases the brake only when the device is engaged again.
+//! The loop *beats* whenever it has written a wrench. The loop *rests* after a zero wrench, which
+//! may be held without limit. A separate thread calls [`Watch::check`]. If the last beat is older
+//! than the longest time for which a wrench may be held, the check applies the device's [`Brake`].
+//! A loop that still runs then finds the brake applied, counts a fault, and releases the brake only
+//! when the device is engaged again.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -14,7 +15,7 @@ use crate::device::Brake;
 /// Number of checks during the longest time for which a wrench may be held.
 const CHECKS: u32 = 4;
 
-/// Beat of a resting loop: it is never too old.
+/// Beat of a resting loop, which is never too old.
 const RESTING: u64 = u64::MAX;
 
 /// State that the loop and the watchdog share.
@@ -28,8 +29,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Returns a watch over a loop that rests at first. While it does not rest, it must beat at
-    /// least every `stall`.
+    /// Returns a watch over a loop that rests at first. While the loop runs, its beats must be at
+    /// most `stall` apart.
     pub fn new(brake: Arc<dyn Brake>, stall: Duration) -> Self {
         Self { brake, stall: nanos(stall), beat: AtomicU64::new(RESTING), over: AtomicBool::new(false) }
     }

@@ -1,20 +1,21 @@
 //! Reaction of the safety chain to a device that withholds its force.
 //!
-//! A device withholds its force, whatever wrench is commanded, in these cases: the arm is not ready
-//! or has no power supply, the user has switched the force off at the device, or an answer came
-//! late or was lost ([`DeviceState::withheld`](crate::DeviceState)). This is no fault. While the
-//! device withholds its force, the commanded wrench falls to zero within the slew limit.
-//! Afterwards:
+//! A device may withhold its force, whatever wrench is commanded
+//! ([`DeviceState::withheld`](crate::DeviceState)). The causes are: the arm is not ready or has no
+//! power, the user has switched the force off at the device, or an answer was late or lost. A
+//! withheld force is no fault. While the device withholds its force, the commanded wrench falls to
+//! zero within the slew limit. Afterwards:
 //!
-//! 1. The wrench returns from zero. It is limited to a share of the peak that grows to the full
-//!    peak within [`RETURN_TIME`]. A wrench that becomes smaller is not delayed.
+//! 1. The wrench returns from zero. The wrench is limited to a fraction of the peak that grows to
+//!    the full peak within [`RETURN_TIME`]. A wrench that becomes smaller is not delayed.
 //! 2. If the force was withheld for longer than [`SafetyLimits::hold`], the grip may be anywhere.
 //!    The device must then be engaged again, as after a pause.
 //!
 //! [`SafetyLimits::hold`]: super::SafetyLimits::hold
 
-/// Time in which the force returns from zero to the peak, s. A tenth of it would be felt as a blow.
-/// Ten times as long, a single late answer would be felt as a hole in a wall.
+/// Time in which the force returns from zero to the peak, s. A return in a tenth of this time would
+/// be felt as a blow. With ten times this time, a single late answer would be felt as a hole in a
+/// wall.
 const RETURN_TIME: f64 = 0.05;
 
 /// Time for which the device has withheld its force, or time since it gives force again.
@@ -36,8 +37,8 @@ enum State {
 }
 
 impl Withholding {
-    /// Starts with a device that gives force. It must be engaged again after more than `longest` s
-    /// without force.
+    /// Starts with a device that gives force. The device must be engaged again after more than
+    /// `longest` s without force.
     pub(super) fn new(longest: f64) -> Self {
         Self { longest, state: State::No }
     }
@@ -58,8 +59,8 @@ impl Withholding {
         matches!(self.state, State::Withheld(time) if time > self.longest)
     }
 
-    /// Returns the share of the peak that is allowed while the wrench returns; `None` if the full
-    /// peak is allowed.
+    /// Returns the fraction of the peak that is allowed while the wrench returns; `None` if the
+    /// full peak is allowed.
     pub(super) fn share(&self) -> Option<f64> {
         match self.state {
             State::Returning(time) => Some(time / RETURN_TIME),

@@ -28,7 +28,7 @@ pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
     stall: Duration,
     /// Time at which the wrench that the device holds was written; `None` if this wrench is zero.
     held: Option<Duration>,
-    /// True if the brake was seen applied and has not been released.
+    /// True if the loop has seen the brake applied and has not released it.
     braked: bool,
     /// Total time for which the machine was suspended, up to the last tick.
     suspended: Duration,
@@ -87,7 +87,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     }
 
     /// Passes a `computed` wrench through the chain and writes the result to the device. The tick
-    /// began `elapsed` seconds after the last one.
+    /// began `elapsed` seconds after the previous tick.
     pub(super) fn answer(
         &mut self,
         state: &DeviceState,
@@ -113,8 +113,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Ok(shaped)
     }
 
-    /// Drops the held wrench and stops the watchdog. The loop calls this when it pauses and the
-    /// device's time stops too, so that the held wrench has no effect.
+    /// Drops the held wrench and stops the watchdog. The loop calls this in a pause that also stops
+    /// the device's time. The held wrench then has no effect.
     pub(super) fn stand(&mut self) {
         self.held = None;
         if let Some(guard) = &self.end.guard {
@@ -163,8 +163,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.chain.limits()
     }
 
-    /// Writes a wrench that is one step of the slew limit closer to zero. Returns false if zero may
-    /// follow.
+    /// Writes a wrench that is one step of the slew limit closer to zero. Returns false if the next
+    /// wrench may be zero.
     pub(super) fn release(&mut self) -> Result<bool, DeviceError> {
         let Some(wrench) = self.chain.release() else { return Ok(false) };
         self.write(&wrench)?;
@@ -213,7 +213,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     }
 }
 
-/// The watchdog of a run. Dropping it ends the watchdog thread.
+/// The watchdog of a run. Dropping this value ends the watchdog thread.
 struct Guard {
     watch: Arc<Watch>,
     thread: Option<JoinHandle<()>>,

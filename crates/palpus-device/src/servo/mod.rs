@@ -1,14 +1,14 @@
 //! The servo loop around one or several devices.
 //!
-//! In each tick, by default at 1 kHz, the loop does the following:
+//! In each tick, by default at 1 kHz, the loop takes these steps:
 //!
-//! 1. It waits for the tick's deadline in real time. In simulated time it does not wait.
-//! 2. It reads each device's state and passes it through the device's gate. An invalid state is
-//!    replaced by the last valid one, at rest.
-//! 3. It runs the step once, which returns a wrench for each device. A panic in the step is caught.
-//! 4. It passes each wrench through the safety chain of its device ([`crate::SafetyChain`]).
-//! 5. It writes the resulting wrenches to the devices and notifies their watchdogs.
-//! 6. It records times, energy, largest values and cuts, and passes the ticks to the observer.
+//! 1. Wait for the tick's deadline in real time. In simulated time the loop does not wait.
+//! 2. Read each device's state and pass it through the device's gate. The last valid state, at
+//!    rest, replaces an invalid state.
+//! 3. Run the step once, which returns a wrench for each device. A panic in the step is caught.
+//! 4. Pass each wrench through the safety chain of its device ([`crate::SafetyChain`]).
+//! 5. Write the resulting wrenches to the devices and notify their watchdogs.
+//! 6. Record times, energy, largest values and cuts, and pass the ticks to the observer.
 //!
 //! **Several devices.** Each device has its own gate, safety chain, brake and watchdog. So a fault
 //! removes the force of one device only.
@@ -16,29 +16,30 @@
 //! - If a gate does not accept a state, the step gets the device's last accepted state, at rest.
 //!   Otherwise the other operators would feel a tool in a place where it never was.
 //! - A lost device gets a zero wrench and its brake, and is not read again. The step continues with
-//!   its last state, at rest.
+//!   the device's last state, at rest.
 //! - The run ends when its duration is over, when all devices are lost, when a recording of one
 //!   device ends, or at a fault that must stop the run.
 //! - The devices share one clock: a device that blocks the loop delays all devices.
 //!
 //! **Deadlines.** Deadlines are absolute, so lateness does not accumulate. A loop that is late by
-//! whole periods skips and counts them, and keeps its phase; it does not run a burst of ticks.
+//! whole periods skips and counts these periods, and keeps its phase. The loop does not make up the
+//! skipped ticks.
 //!
 //! **The end.** However the loop ends (duration, stop flag, device, or a panic in the step, the
 //! observer or the device), the last wrench written is zero. After a panic in the step, or a
-//! fault that must stop the run, the loop first damps the grip for a moment. Otherwise the wrench
-//! goes to zero within the slew limit. The message of a panic in the step is printed after the
-//! wrench is zero.
+//! fault that must stop the run, the loop first damps the grip for a moment. After any other end
+//! the wrench goes to zero within the slew limit. The message of a panic in the step is printed
+//! after the wrench is zero.
 //!
 //! The loop does not allocate after the first tick has begun.
 //!
 //! It is a fault if more than a tenth of the ticks are late, or if the machine was suspended.
 //!
-//! **Pauses.** The holder of the run's [`RunControl`] can pause the run. If the device's time
-//! advances only when it is read, the loop stops as well. It can then run single ticks, and later
-//! continues as if there had been no pause. Any other device is held by a person: the loop keeps
-//! running, and the chain removes the force until the user engages again. The run control also
-//! provides the program's keys, which count as buttons of the device.
+//! **Pauses.** A program can pause a run through its [`RunControl`]. If the device's time advances
+//! only in a read, the loop stops too. The loop can then run single ticks, and later continues as
+//! if there had been no pause. Any other device is held by a person: the loop keeps running, and
+//! the chain removes the force until the user engages again. The run control also provides the
+//! program's keys, which count as buttons of the device.
 //!
 //! **Replay.** The step always gets the nominal period, so the result of a run depends on its
 //! inputs and not on the scheduler, and can be replayed bit for bit. The result of the safety chain
@@ -80,7 +81,8 @@ pub struct StepOutcome<T = ()> {
     pub wrench: Wrench,
     /// True if the wrench was reduced to the device's limits.
     pub saturated: bool,
-    /// True if the wrench is the first one with changed settings; it is then blended in.
+    /// True if the wrench is the first wrench with changed settings; the chain then fades from the
+    /// old to the new value.
     pub changed: bool,
     /// Work that moving bodies, such as a conveyor or a falling part, did on the tool in this tick,
     /// J, by translation and by rotation. The hand may receive this energy without having put it in
@@ -110,7 +112,7 @@ pub struct ServoTick {
     pub index: u64,
     /// `index` times the nominal period, s.
     pub time: f64,
-    /// Input of the step: the state that was read, or the last valid one, at rest.
+    /// Input of the step: the state that was read, or the last valid state, at rest.
     pub state: DeviceState,
     /// The state as the device returned it, whether the gate accepted it or not.
     pub read: DeviceState,
@@ -127,7 +129,7 @@ pub struct ServoTick {
     /// The step reported that it reduced the wrench to the device's limits.
     pub saturated: bool,
     /// Time since the last tick began, s, used for energy, heat and slew limit. In simulated time
-    /// and after a pause it is the nominal period.
+    /// and after a pause, this is the nominal period.
     pub elapsed_s: f64,
     /// Wall-clock time of the step, s.
     pub step_s: f64,
@@ -137,8 +139,8 @@ pub struct ServoTick {
     pub overrun: bool,
 }
 
-/// Receives every tick of every device. It is called on the servo thread after all wrenches of a
-/// tick were written, so it must be fast and must not allocate.
+/// Receives every tick of every device. The loop calls the observer on the servo thread after all
+/// wrenches of a tick were written. So an observer must be fast and must not allocate.
 pub trait TickObserver<T = ()> {
     /// Receives a tick in which the step returned a result; `detail` is [`StepOutcome::detail`].
     fn observe(&mut self, tick: &ServoTick, detail: &T);
@@ -184,7 +186,7 @@ impl Servo {
     }
 
     /// Adds a device to the loop, with its own safety chain. The loop's rate, duration and run
-    /// control apply to it.
+    /// control apply to this device too.
     ///
     /// # Errors
     /// Fails if a threshold is negative or not a number.

@@ -7,7 +7,7 @@ use crate::safety::SafetyOptions;
 /// Real or simulated time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Timing {
-    /// One tick per period of the wall clock.
+    /// The loop makes one tick per period of the wall clock.
     #[default]
     RealTime,
     /// Ticks follow each other as fast as possible.

@@ -13,7 +13,7 @@ pub(super) struct Start {
     pub(super) lateness: Duration,
     /// Time since the last tick began; `None` for the first tick and in simulated time.
     pub(super) period: Option<Duration>,
-    /// Number of whole periods without a tick before this one.
+    /// Number of whole periods without a tick before this tick.
     pub(super) skipped: u64,
 }
 
@@ -83,8 +83,8 @@ impl Pace {
         self.punctuality.clear();
     }
 
-    /// Returns true if the deadline of the next tick has passed already; this tick then counts as
-    /// late.
+    /// Returns true if the deadline of the next tick has passed already. The next tick then counts
+    /// as late.
     pub(super) fn is_overrun(&mut self, time: &dyn LoopTime) -> bool {
         let overrun = self.timing == Timing::RealTime && time.now() > self.deadline;
         if overrun {

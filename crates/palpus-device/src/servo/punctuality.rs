@@ -1,13 +1,13 @@
 //! Detects persistent overrun: a loop that is late in many of its ticks.
 //!
-//! The slew limit handles a single late tick, and the watchdog handles a stall. Neither covers a
-//! loop that is late in more than [`SHARE`] of its ticks: it renders from old states, so contacts
-//! oscillate. The share is taken over the last [`WINDOW`]; nothing is detected before that much
-//! time has passed.
+//! The slew limit handles a single late tick, and the watchdog handles a stall. Neither of these
+//! covers a loop that is late in more than [`SHARE`] of its ticks. Such a loop renders from old
+//! states, so contacts oscillate. The fraction is taken over the last [`WINDOW`]; nothing is
+//! detected before that much time has passed.
 
 /// Length of the window, s.
 const WINDOW: f64 = 0.25;
-/// Largest share of late ticks in the window.
+/// Largest fraction of late ticks in the window.
 const SHARE: f64 = 0.1;
 /// Smallest number of late ticks that counts as persistent. One stall delays two ticks: its own and
 /// the next.
@@ -42,7 +42,7 @@ impl Punctuality {
         Self { ticks: vec![Made::default(); room], oldest: 0, count: 0, late: 0, now: 0.0 }
     }
 
-    /// Records the start of a tick, `elapsed` seconds after the last one.
+    /// Records the start of a tick, `elapsed` seconds after the previous tick.
     pub(super) fn begin(&mut self, elapsed: f64) {
         self.now += elapsed;
         while self.count > 0 && (self.count == self.ticks.len() || self.ticks[self.oldest].at < self.now - WINDOW) {

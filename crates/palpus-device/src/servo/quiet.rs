@@ -2,7 +2,7 @@
 //!
 //! A panic hook runs before the loop can catch the panic. The default hook writes to the terminal,
 //! which may block for any time. So the first loop of a program installs a hook in front of the
-//! existing one. On a thread that is in a step, this hook prints nothing and stores the place of
+//! existing hook. On a thread that is in a step, this hook prints nothing and stores the place of
 //! the panic. The loop writes the wrench first; the message is in
 //! [`RunStatistics::panic`](super::RunStatistics).
 

@@ -30,8 +30,8 @@ impl RunControl {
         self.paused.load(Ordering::Relaxed)
     }
 
-    /// Lets a paused run make `ticks` more ticks and pause again. This has no effect on a device
-    /// held by a person, since its loop keeps running.
+    /// Lets a paused run make `ticks` more ticks and pause again. The call has no effect on a
+    /// device that a person holds, since its loop keeps running.
     pub fn step(&self, ticks: u64) {
         if self.is_paused() {
             self.ticks.fetch_add(ticks, Ordering::Relaxed);
@@ -39,8 +39,8 @@ impl RunControl {
     }
 
     /// Holds the program's own key for force for `ticks` ticks. The key counts as a button of the
-    /// device ([`HOLD_KEY`]). Call this again in time to keep holding, so that a window that hangs
-    /// releases the key. 0 releases it at once.
+    /// device ([`HOLD_KEY`]). Call this again before the ticks are over to keep holding; so a
+    /// window that hangs releases the key. `ticks` = 0 releases the key at once.
     pub fn hold(&self, ticks: u64) {
         self.held.store(ticks, Ordering::Relaxed);
     }
@@ -72,7 +72,7 @@ impl RunControl {
         self.ended.load(Ordering::Relaxed)
     }
 
-    /// Returns true if a tick may run. In a paused run this uses up one single step.
+    /// Returns true if a tick may run. In a paused run, the call uses up one requested tick.
     pub(super) fn take_step(&self) -> bool {
         let fewer = |ticks: u64| ticks.checked_sub(1);
         !self.is_paused() || self.ticks.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fewer).is_ok()
@@ -130,7 +130,8 @@ mod tests {
         SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path).unwrap()
     }
 
-    /// A device with the same simulated operator. It moves even when the loop does not read it.
+    /// A device with the same simulated operator. The device moves even when the loop does not
+    /// read it.
     struct Real<D>(D);
 
     impl<D: HapticDevice> HapticDevice for Real<D> {

@@ -16,7 +16,7 @@ use crate::safety::{AfterFault, Cut, Cuts, Passivity, Phase, SafetyLimits, Safet
 /// Options and memory of a device that are kept from run to run.
 pub(super) struct Kept {
     pub(super) safety: SafetyOptions,
-    /// A passivity stage of the caller, which replaces the default one. The default stage is made
+    /// A passivity stage of the caller, which replaces the default stage. The default stage is made
     /// for each run.
     pub(super) passivity: Option<Box<dyn Passivity>>,
     pub(super) tally: Tally,
@@ -30,9 +30,9 @@ pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     tally: &'a mut Tally,
     /// Place to which the caller's passivity stage is returned after the run.
     passivity: Option<&'a mut Option<Box<dyn Passivity>>>,
-    /// True if a loss of the device ends the run, as any fault does.
+    /// True if any fault of the device ends the run.
     fragile: bool,
-    /// True if the loop has several devices, whose tools feel each other.
+    /// True if the loop has several devices, whose tools can touch each other.
     shared: bool,
     /// The last state that the device returned.
     read: DeviceState,
@@ -46,7 +46,7 @@ pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     tick: Option<ServoTick>,
     /// True if the device was lost.
     lost: bool,
-    /// The reason why the device ended; `None` while it runs.
+    /// The reason why the device ended; `None` while the device runs.
     end: Option<RunEnd>,
     /// The device's own counters.
     counts: Vec<(&'static str, u64)>,
@@ -111,12 +111,12 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.due
     }
 
-    /// Returns the reason why the device ended; `None` while it runs.
+    /// Returns the reason why the device ended; `None` while the device runs.
     pub(super) fn end(&self) -> Option<&RunEnd> {
         self.end.as_ref()
     }
 
-    /// Returns the end of this device if it must end the whole run.
+    /// Returns the end of this device if this end must end the whole run.
     pub(super) fn last_word(&self) -> Option<&RunEnd> {
         self.end.as_ref().filter(|end| self.fragile || **end == RunEnd::DeviceEnded)
     }
@@ -174,9 +174,10 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
                 if !self.shared {
                     return;
                 }
-                // The other tools felt this state in the step, so the tick is recorded.
+                // The step used this state for the contacts of the other tools, so the tick is
+                // recorded.
                 found.note(Cut::Device, true);
-                // A replay does not know the limits in this tick either.
+                // A replay cannot know the limits in this tick, so no limits are recorded.
                 let available = Limits::UNLIMITED;
                 Shaped { wrench: Wrench::ZERO, cuts: found, phase: Phase::Faulted, available }
             }
@@ -203,7 +204,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.tick = Some(tick);
     }
 
-    /// Returns the record of this tick, if there is one.
+    /// Returns the record of this tick; `None` without a record.
     pub(super) fn tick(&self) -> Option<&ServoTick> {
         self.tick.as_ref()
     }
@@ -228,7 +229,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.line()?.damp(start, index, which)
     }
 
-    /// Marks the device as lost. Its tool stays at its last pose, at rest.
+    /// Marks the device as lost. The device's tool stays at its last pose, at rest.
     fn lose(&mut self, error: DeviceError, state: &mut DeviceState) {
         state.twist = Twist::default();
         self.end = Some(RunEnd::of(error));
@@ -236,16 +237,17 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
     }
 
     /// Reduces the wrench of a lost device by one step of the slew limit, and closes the line when
-    /// zero may follow.
+    /// the next wrench may be zero.
     pub(super) fn leave(&mut self) {
         if self.lost && !self.release() {
             self.close();
         }
     }
 
-    /// Reduces the wrench by one step of the slew limit. Returns false if zero may follow.
+    /// Reduces the wrench by one step of the slew limit. Returns false if the next wrench may be
+    /// zero.
     pub(super) fn release(&mut self) -> bool {
-        // If this write fails, the final zero is written next.
+        // If the write fails, the final zero is written next.
         self.line.as_mut().is_some_and(|line| line.release().unwrap_or(false))
     }
 
@@ -265,8 +267,8 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         }
     }
 
-    /// Returns the statistics of the run. `end` is the reason, unless this device ended before the
-    /// run.
+    /// Returns the statistics of the run. `end` is the reason for the end, unless this device ended
+    /// before the run.
     pub(super) fn finish(mut self, end: &RunEnd, options: &ServoOptions, elapsed: Duration) -> RunStatistics {
         let of_all = matches!(end, RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded);
         self.end.get_or_insert(if of_all { end.clone() } else { RunEnd::Stopped });

@@ -114,7 +114,7 @@ pub struct RunStatistics {
     pub end: RunEnd,
 }
 
-/// A tick counts as late if it begins later than this after its deadline.
+/// A tick counts as late if it begins more than this time after its deadline.
 pub const LATE: Duration = Duration::from_micros(500);
 
 /// Statistics of a run in progress.
@@ -216,8 +216,8 @@ impl Tally {
         let Counts { ticks, overruns, late, skipped, saturated, mut safety, energy, .. } = self.counts;
         let mut cuts = Cuts::NONE;
         // If the device was lost during a write, its last tick has counted the cut already.
-        let told = safety.ticks(Cut::Device) > 0;
-        cuts.note(Cut::Device, matches!(end, RunEnd::DeviceFailed(_)) && !told);
+        let is_counted = safety.ticks(Cut::Device) > 0;
+        cuts.note(Cut::Device, matches!(end, RunEnd::DeviceFailed(_)) && !is_counted);
         safety.add(cuts);
         let wall_s = wall.as_secs_f64();
         let real = timing == Timing::RealTime;

@@ -9,15 +9,16 @@ use crate::safety::{Watch, watch_until_over};
 
 /// A clock by which the loop waits.
 pub trait LoopTime {
-    /// Returns the time since a fixed origin. It should never run backwards; the loop stays safe if
-    /// it does.
+    /// Returns the time since a fixed origin. The clock should never run backwards, but the loop
+    /// stays safe if the clock runs backwards.
     fn now(&self) -> Duration;
 
     /// Waits until `deadline`: sleeps until `spin` before it, then spins.
     fn wait_until(&self, deadline: Duration, spin: Duration);
 
     /// Returns how long the machine was suspended since a fixed origin; [`Self::now`] does not
-    /// count this time. The result is never too long; it is zero if the system does not report it.
+    /// count this time. The result is never too long. The result is zero if the system does not
+    /// report suspensions.
     fn suspended(&self) -> Duration {
         Duration::ZERO
     }
@@ -80,7 +81,7 @@ impl LoopTime for WallTime {
     }
 }
 
-/// A clock for fast tests of real time. It stands still until [`LoopTime::wait_until`] or
+/// A clock for fast tests of real time. The clock stands still until [`LoopTime::wait_until`] or
 /// [`VirtualTime::pass`] is called.
 #[derive(Clone, Debug, Default)]
 pub struct VirtualTime(Arc<Virtual>);
@@ -88,7 +89,7 @@ pub struct VirtualTime(Arc<Virtual>);
 #[derive(Default)]
 struct Virtual {
     now: AtomicU64,
-    /// ns.
+    /// Total time for which the machine was suspended, ns.
     suspended: AtomicU64,
     /// The watchdog of each device of a loop.
     watches: Mutex<Vec<Arc<Watch>>>,

@@ -101,7 +101,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         !lasts
     }
 
-    /// Runs one tick; breaks with the reason if it was the last one.
+    /// Runs one tick; breaks with the reason if it was the last tick.
     pub(super) fn turn<S, O>(&mut self, step: &mut S, observer: &mut O) -> ControlFlow<RunEnd>
     where
         S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),
@@ -181,7 +181,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         of_run.or_else(all).map_or(ControlFlow::Continue(()), |end| ControlFlow::Break(end.clone()))
     }
 
-    /// Reduces all wrenches within the slew limit, until zero may follow.
+    /// Reduces all wrenches within the slew limit, until the next wrenches may be zero.
     pub(super) fn let_go(&mut self) {
         while self.seats.iter_mut().map(Seat::release).filter(|held| *held).count() > 0 {
             self.pace.wait(self.time);

@@ -5,10 +5,10 @@
 //! order and is exact under a steady force.
 //!
 //! The order matters here: a first-order scheme shifts the phase of a held wrench by half a step.
-//! This changes the stiffness at which a sampled wall begins to oscillate. The scheme is stable for
-//! all dampers, and for all springs whose period is longer than π steps; [`Dynamics::new`] picks
-//! steps far shorter than that. Dry friction reduces the speed after each velocity step, at most to
-//! zero, so that the body stays at rest instead of chattering.
+//! The shift changes the stiffness at which a sampled wall begins to oscillate. The scheme is
+//! stable for all dampers, and for all springs whose period is longer than π steps;
+//! [`Dynamics::new`] chooses much shorter steps than the limit. Dry friction reduces the speed
+//! after each velocity step, at most to zero, so that the body stays at rest instead of chattering.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -19,8 +19,8 @@ use palpus::algebra::rotation_between;
 
 /// Longest step, s: between ticks, device and hand are integrated at 10 kHz or more.
 const LONGEST_STEP: f64 = 1e-4;
-/// Upper bound of a spring's angular frequency, and of a damper's decay rate, times the step. It
-/// gives 60 steps per period, 20 times inside the stable range.
+/// Upper bound of a spring's angular frequency, and of a damper's decay rate, times the step. A
+/// spring then has at least 60 steps per period, 20 times the minimum for stability.
 const RESOLUTION: f64 = 0.1;
 /// Largest number of steps in a tick. More steps would take longer than the tick.
 const MOST_STEPS: f64 = 1e4;
@@ -80,7 +80,7 @@ impl Channel {
         if speed > lost { free * (1.0 - lost / speed) } else { DVec3::ZERO }
     }
 
-    /// Returns the fastest rate of this channel, 1/s.
+    /// Returns the larger of the spring's angular frequency and the dampers' decay rate, 1/s.
     fn rate(&self) -> f64 {
         (self.stiffness / self.inertia).sqrt().max((self.hand_damping + self.damping) / self.inertia)
     }

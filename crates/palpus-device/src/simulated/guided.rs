@@ -34,10 +34,10 @@ pub enum Guide {
     Released,
 }
 
-/// ω, 1/s: a tenth of the way is left after 0.16 s.
+/// Angular frequency ω, 1/s: a tenth of the initial distance is left after 0.16 s.
 const FOLLOW: f64 = 25.0;
-/// Largest speeds, m/s and rad/s. They are brisk for a hand with a tool, and about a tenth of the
-/// speeds that the safety chain accepts.
+/// Largest speeds, m/s and rad/s. These speeds are brisk for a hand with a tool, and about a
+/// tenth of the speeds that the safety chain accepts.
 const FASTEST: f64 = 0.4;
 const FASTEST_TURN: f64 = 5.0;
 /// Distance from the script, m and rad, below which the script starts again.
@@ -45,7 +45,7 @@ const NEAR: f64 = 0.5e-3;
 const NEAR_TURN: f64 = 0.02;
 /// Time in which the script's time accelerates to normal speed, s.
 const START: f64 = 0.5;
-/// Smallest offset, m or rad (velocities are divided by ω). A smaller one counts as zero.
+/// Smallest offset, m or rad (velocities are divided by ω). A smaller offset counts as zero.
 const NOTHING: f64 = 1e-10;
 /// Time step for the numeric derivative of the script, s.
 const INSTANT: f64 = 1e-5;
@@ -388,8 +388,8 @@ mod tests {
             hand.begin(time, &grip);
             assert_eq!(hand.pose(time + 0.5 * DT), grip);
         }
-        // When the grip is taken again, the operator starts from its pose. When it is given back,
-        // the operator returns to the script.
+        // When the grip is taken again, the operator starts from its pose. When the grip is given
+        // back, the operator returns to the script.
         publisher.publish(held(-0.05));
         let taken = poses(&mut hand, 400, 1);
         assert!(taken[0].translation.distance(DVec3::Y * 0.0399) < 1e-9);

@@ -4,8 +4,8 @@ use palpus::algebra::Pose;
 
 /// Intended pose of a simulated operator.
 pub trait Intent {
-    /// Returns the intended pose of the grip at `time` (s), in the device's frame. Within a tick
-    /// this must be a pure function of time.
+    /// Returns the intended pose of the grip at `time` (s), in the device's frame. Within a tick,
+    /// the pose must be a pure function of time.
     fn pose(&self, time: f64) -> Pose;
 
     /// Updates the intent at the beginning of a tick, at `time` (s) with the grip at `_grip`. The
@@ -73,14 +73,14 @@ impl HandImpedance {
         angular_damping: 0.08,
         angular_stiffness: 5.0,
     };
-    /// No hand holds the device. This is the worst case for stability: only the device's own
-    /// inertia and friction remain. The intended pose is only the start pose.
+    /// No hand holds the device. Without a hand, stability is worst: only the device's own inertia
+    /// and friction remain. The intended pose is only the start pose.
     pub const NONE: Self =
         Self { mass: 0.0, damping: 0.0, stiffness: 0.0, inertia: 0.0, angular_damping: 0.0, angular_stiffness: 0.0 };
 }
 
-/// Hand impedances by name. They are engineering choices that span published measurements of human
-/// hands.
+/// Hand impedances by name. The values are engineering choices that span published measurements of
+/// human hands.
 pub const HAND_PRESETS: [(&str, HandImpedance); 5] = [
     ("relaxed", HandImpedance::RELAXED),
     ("normal", HandImpedance::NORMAL),

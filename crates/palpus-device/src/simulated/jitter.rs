@@ -3,7 +3,7 @@
 //! 1. The rate drifts: each second has a mean rate and a scatter, and the mean changes linearly
 //!    from one second to the next.
 //! 2. Each period differs from the mean by a random amount with a triangular distribution.
-//! 3. Sometimes a tick is late, and the next one comes earlier to catch up.
+//! 3. Sometimes a tick is late, and the next tick comes earlier to catch up.
 //!
 //! The same seed gives the same periods.
 
@@ -17,7 +17,7 @@ pub struct Jitter {
     /// Smallest and largest standard deviation of the periods in a second, relative to the nominal
     /// period. Each second has its own value.
     pub scatter: [f64; 2],
-    /// Share of seconds with a late tick.
+    /// Fraction of seconds with a late tick.
     pub late_share: f64,
     /// Shortest and longest late period, in nominal periods.
     pub late: [f64; 2],
@@ -33,7 +33,7 @@ impl Jitter {
     }
 }
 
-/// Shortest period, in nominal periods: a late loop does not catch up faster.
+/// Shortest period, in nominal periods: the largest rate at which a late loop catches up.
 const SHORTEST: f64 = 0.75;
 
 /// Generator of the periods of a loop.
@@ -97,7 +97,8 @@ impl Periods {
     }
 }
 
-/// A tick is caught up if it is longer than the nominal period by this fraction.
+/// A period longer than the nominal one by this fraction counts as late, and the next periods make
+/// up for it.
 const LATE: f64 = 0.2;
 
 #[cfg(test)]

@@ -5,9 +5,9 @@
 //! and hand. The written wrench is clipped to the device's limits, delayed by one tick by default,
 //! and held for one tick.
 //!
-//! Simulated time is counted in reads. Every [`HapticDevice::read`] after the first one advances it
-//! by one period: the nominal period, or an uneven one ([`Jitter`]). The wall clock has no
-//! influence. So a run is the same, bit for bit, at full speed and in real time.
+//! Simulated time is counted in reads. Every [`HapticDevice::read`] after the first read advances
+//! the time by one period: the nominal period, or an uneven period ([`Jitter`]). The wall clock has
+//! no influence. So a run is the same, bit for bit, at full speed and in real time.
 //!
 //! 1. The wrench written at tick k acts from tick k + `delay_ticks` on, for one period (zero-order
 //!    hold).
@@ -43,7 +43,8 @@ use jitter::Periods;
 /// Settings of a simulated device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
-    /// Description of the device. Written forces and torques are each clipped to its limits.
+    /// Description of the device. Written forces and torques are each clipped to the limits of the
+    /// device.
     pub spec: DeviceSpec,
     /// Number of reads per simulated second, Hz.
     pub rate_hz: f64,
@@ -210,7 +211,7 @@ impl<I: Intent> SimulatedDevice<I> {
     }
 
     /// Returns the wrench that acts until the next read: the wrench that was written `delay_ticks`
-    /// ticks before the last one.
+    /// ticks before the last tick.
     pub fn applied(&self) -> Wrench {
         self.written[self.settings.delay_ticks]
     }
@@ -233,7 +234,8 @@ impl<I: Intent> SimulatedDevice<I> {
         self.sensed_twist = self.settings.encoder.estimate(&self.sensed_twist, &before, &self.sensed, period);
     }
 
-    /// Returns the damping of the device while its brake is applied: the same as after a fault.
+    /// Returns the damping of the device while its brake is applied. It equals the damping after a
+    /// fault.
     fn braking(&self) -> Wrench {
         let limits = SafetyLimits::of(&self.settings.spec, self.settings.rate_hz);
         Wrench {

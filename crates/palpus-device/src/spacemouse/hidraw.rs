@@ -63,8 +63,8 @@ fn identity(uevent: &str) -> Option<(u16, u16, String)> {
     Some((vendor, product, name))
 }
 
-/// Opens the device at `path`, or the first connected one, for reads that do not wait. Also returns
-/// its name.
+/// Opens the device at `path`, or the first connected device, for reads that do not wait. Also
+/// returns the name of the device.
 pub(super) fn open(path: Option<&str>) -> Result<(File, String), SpaceMouseError> {
     let plugged = plugged(Path::new(LIST), Path::new("/dev"));
     let (path, known) = match path {

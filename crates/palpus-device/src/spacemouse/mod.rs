@@ -4,17 +4,18 @@
 //! velocity, as long as the cap is pushed.
 //!
 //! 1. Devices are found in the kernel's list of HID devices by vendor, product and kind (`hidraw`),
-//!    and read through `/dev/hidraw*`. This needs no driver and no library, only the permission to
-//!    read that file.
+//!    and read through `/dev/hidraw*`. Reading needs no driver and no library, only the permission
+//!    to read that file.
 //! 2. Each read of the loop takes the reports that have arrived (`report`), without waiting.
-//! 3. Small deflections count as zero. Beyond them the speed rises linearly to its maximum at full
-//!    deflection.
-//! 4. A pushed cap sends reports many times a second. Without a report for a quarter of a second it
-//!    counts as released.
+//! 3. Small deflections count as zero. Beyond this dead zone, the speed rises linearly to its
+//!    maximum at full deflection.
+//! 4. A pushed cap sends reports many times a second. Without a report for a quarter of a second,
+//!    the cap counts as released.
 //!
-//! The axes follow the convention of palpus: +X right, +Y away from the user, +Z up. The reports
-//! are tested against documented byte sequences; no device was available. In a window the
-//! SpaceMouse moves the simulated operator, as the keyboard does; the window implements this.
+//! The axes follow the convention of palpus: +X right, +Y away from the user, +Z up. The
+//! reports are tested against documented byte sequences; no device was available. In a window, the
+//! SpaceMouse moves the simulated operator, as the keyboard does. The window implements this
+//! motion.
 
 #[cfg(target_os = "linux")]
 mod hidraw;
@@ -37,14 +38,14 @@ pub(crate) use look::look;
 const FASTEST: f64 = 0.12;
 /// Largest rotation speed, rad/s, at full deflection: about a quarter turn per second.
 const FASTEST_TURN: f64 = 1.6;
-/// Share of the full deflection that counts as zero. A cap at rest reports up to a twentieth, and a
-/// push along one axis also shows on others.
+/// Fraction of the full deflection that counts as zero. A cap at rest reports up to a twentieth,
+/// and a push along one axis also shows on other axes.
 const DEAD_ZONE: f64 = 0.08;
 /// Without a report for this time, the cap counts as released.
 const SILENCE: Duration = Duration::from_millis(250);
 /// Longest time by which one read moves the pose, s.
 const LONGEST_STEP: f64 = 0.05;
-/// Largest number of reports that one read takes. Some hundreds arrive per second.
+/// Largest number of reports that one read takes. Some hundreds of reports arrive per second.
 const MOST_REPORTS: usize = 64;
 
 /// The reason why there is no SpaceMouse.
@@ -94,7 +95,7 @@ impl SpaceMouse {
     ///
     /// # Errors
     /// Fails if there is no device, or if it cannot be read. The error contains the command that
-    /// fixes it.
+    /// fixes the problem.
     #[cfg(target_os = "linux")]
     pub fn open(path: Option<&str>) -> Result<Self, SpaceMouseError> {
         let (file, name) = hidraw::open(path)?;
@@ -111,8 +112,8 @@ impl SpaceMouse {
         Err(SpaceMouseError::NotHere)
     }
 
-    /// Returns a device that reads its reports from `source`, one report per read. This is for
-    /// other systems and sources than Linux's hidraw.
+    /// Returns a device that reads its reports from `source`, one report per read. Use this
+    /// function for other systems and sources than Linux's hidraw.
     ///
     /// A read must not wait: without a report it must fail with [`ErrorKind::WouldBlock`]. Any
     /// other error, and an end of the source, means that the device is lost.

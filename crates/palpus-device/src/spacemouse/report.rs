@@ -8,8 +8,8 @@
 
 use glam::DVec3;
 
-/// Size of the read buffer, bytes. The three reports are shorter; the kernel truncates longer
-/// reports.
+/// Size of the read buffer, bytes. The three reports fit into the buffer; the kernel truncates
+/// longer reports.
 pub(super) const LONGEST: usize = 64;
 
 /// Reported number at full deflection. Some devices go a little beyond.
@@ -18,16 +18,16 @@ const FULL: f64 = 350.0;
 /// Deflection of the cap, and pressed buttons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cap {
-    /// Translation as shares of the full deflection, in the axes of palpus.
+    /// Translation as fractions of the full deflection, in the axes of palpus.
     pub(super) push: DVec3,
-    /// Rotation as shares of the full deflection, in the axes of palpus.
+    /// Rotation as fractions of the full deflection, in the axes of palpus.
     pub(super) turn: DVec3,
     /// Pressed buttons, one bit each.
     pub(super) buttons: u32,
 }
 
 impl Cap {
-    /// Takes a report. Returns true if it belongs to the cap or its buttons.
+    /// Takes a report. Returns true if the report belongs to the cap or its buttons.
     pub(super) fn take(&mut self, report: &[u8]) -> bool {
         match report {
             [1, axes @ ..] if axes.len() >= 6 => {
@@ -56,7 +56,7 @@ impl Cap {
     }
 }
 
-/// Converts three numbers to shares of the full deflection, in the axes of palpus.
+/// Converts three numbers to fractions of the full deflection, in the axes of palpus.
 fn three(bytes: &[u8]) -> DVec3 {
     let share = |k: usize| (f64::from(i16::from_le_bytes([bytes[2 * k], bytes[2 * k + 1]])) / FULL).clamp(-1.0, 1.0);
     DVec3::new(share(0), -share(1), -share(2))

@@ -166,7 +166,7 @@ impl StandIn {
         self.shared.withheld.store(withheld, Ordering::Relaxed);
     }
 
-    /// Ends the driver. For its peer this looks like the end of the process.
+    /// Ends the driver. For its peer, the end looks like the end of the process.
     pub(crate) fn end(mut self) -> Seen {
         self.stop();
         std::mem::take(&mut *self.seen())
@@ -386,7 +386,7 @@ impl Driver {
     }
 }
 
-/// Replaces the CRC-32 of a frame by the correct one.
+/// Replaces the CRC-32 of a frame by the correct value.
 pub(crate) fn repair(bytes: &mut [u8]) {
     bytes[12..16].fill(0);
     let check = crc32fast::hash(bytes);

@@ -1,5 +1,5 @@
-/* Reads frames from standard input and prints each field by its name, then writes nothing else:
- * the test compares the text with what Rust wrote. C99 and C++. */
+/* Reads frames from standard input and prints each field by its name.
+ * The test compares this text with the text from Rust. Compiles as C99 and as C++. */
 #include <stdio.h>
 
 #include "palpus_bridge.h"
@@ -35,7 +35,7 @@ int main(void) {
             three("force", c.force[0], c.force[1], c.force[2]);
             three("torque", c.torque[0], c.torque[1], c.torque[2]);
             printf("valid_for_us %u\n", (unsigned)c.valid_for_us);
-            /* And back: sealed again, the frame is the same. */
+            /* Sealing the frame again must reproduce the same bytes. */
             palpus_bridge_seal(&c, PALPUS_BRIDGE_COMMAND, sizeof c, header.nonce, header.sequence);
             printf("sealed %d\n", memcmp(&c, bytes, sizeof c) == 0);
         } else if (kind == PALPUS_BRIDGE_STATE) {

@@ -48,13 +48,13 @@ impl Fall {
         Self { ticks: (seconds * rate_hz * (1.0 - ROUNDING)).ceil() as u64, since: 0 }
     }
 
-    /// Takes the next `tick`. Returns true if no computed wrench can remain in it.
+    /// Takes the next `tick`. Returns true if no computed wrench can remain in this tick.
     fn is_over(&mut self, tick: &ServoTick) -> bool {
         if tick.phase.is_on() && !tick.cuts.has(Cut::Withheld) {
             self.since = tick.index + 1;
             return false;
         }
-        // The tick in which the fall begins takes the first step.
+        // The wrench already falls by one step in the tick in which the fall begins.
         tick.index + 1 >= self.since + self.ticks
     }
 }
@@ -167,8 +167,8 @@ pub(crate) fn judge_names(sequence: &Sequence, ticks: &[ServoTick], statistics: 
             sequence.faults.iter().enumerate().all(|(other, (at, its))| {
                 other == k || *at > tick + lasting(fault) + 2 || at + lasting(its) + 2 < *tick
             });
-        // The first read cannot be compared with another one, and the effect of the last faults may
-        // come after the end.
+        // The first read cannot be compared with an earlier read, and the effect of the last faults
+        // may come after the end.
         let seen = *tick > 0 && tick + lasting(fault) + 1 < reads;
         let seen = match fault {
             Fault::LateRead(_) | Fault::LateStep(_) => seen && counts_reads && is_held(tick - 1),

@@ -1,4 +1,4 @@
-//! Seeded sequences of faults, and runs with them.
+//! Seeded sequences of faults, and runs with these sequences.
 
 pub(crate) mod judge;
 

@@ -1,4 +1,4 @@
-//! A simulated device in the whole loop, and what its hand truly gets.
+//! A simulated device in the whole loop, with an account of the true work on its hand.
 
 use std::sync::Arc;
 

@@ -6,7 +6,7 @@ use palpus_device::DeviceState;
 use crate::closed_loop::TICK;
 
 /// Returns the time since the previous state, s; `last` is the time of that state. Returns the
-/// nominal period if the time has not advanced, as at the first state.
+/// nominal period if the time has not advanced, for example at the first state.
 pub(crate) fn elapsed(state: &DeviceState, last: &mut f64) -> f64 {
     let dt = if state.time > *last { state.time - *last } else { TICK };
     *last = state.time;

@@ -1,7 +1,8 @@
 //! The functions of Force Dimension's DHD library that palpus calls.
 //!
 //! C has no default arguments, so every call passes the device number. In C++ the maker's header
-//! fills in −1, the device that was opened last. Here it is the number that `open` returned.
+//! fills in −1, the device that was opened last. Here, every call passes the number that `open`
+//! returned.
 
 use std::ffi::{c_char, c_int, c_uchar, c_uint};
 
@@ -50,7 +51,8 @@ impl Dhd {
     /// Looks up every function.
     ///
     /// # Errors
-    /// Fails if a function is missing that is needed for force output. The error has its name.
+    /// Fails if a function is missing that is needed for force output. The error names the
+    /// function.
     pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
         // SAFETY: each type is the type of the function in the maker's manual, and the library is
         // stored with the functions. A C++ `bool` is read and written as a byte.
@@ -150,7 +152,8 @@ impl Dhd {
         three(self.linear_velocity, id)
     }
 
-    /// Returns the code and the angular velocity (rad/s). `None` if the library is too old for it.
+    /// Returns the code and the angular velocity (rad/s). `None` if the library is too old for this
+    /// function.
     pub(crate) fn angular_velocity(&self, id: i8) -> Option<(i32, [f64; 3])> {
         self.angular_velocity.map(|function| three(function, id))
     }
@@ -161,7 +164,8 @@ impl Dhd {
         /// window.
         const SLIDING: c_int = 0;
         for configure in [self.configure_linear, self.configure_angular].into_iter().flatten() {
-            // SAFETY: all arguments are passed by value. If it fails, the default window stays.
+            // SAFETY: all arguments are passed by value. If the call fails, the default window
+            // stays.
             let _ = unsafe { configure(ms, SLIDING, id as c_char) };
         }
     }
@@ -188,7 +192,7 @@ impl Dhd {
             && let Some((enable, disable)) = self.expert
         {
             // SAFETY: all arguments are passed by value. The expert mode only enables functions
-            // such as this one.
+            // such as `dhdSetWatchdog`.
             code = unsafe {
                 enable();
                 let code = set(steps, id as c_char);
@@ -199,7 +203,7 @@ impl Dhd {
         code >= 0
     }
 
-    /// Returns the status words. `None` if the library cannot read them.
+    /// Returns the status words. `None` if the library cannot read the status.
     pub(crate) fn status(&self, id: i8) -> Option<[i32; STATUS_ROOM]> {
         let mut status = [0; STATUS_ROOM];
         // SAFETY: the buffer is larger than what any SDK writes.
@@ -213,18 +217,19 @@ impl Dhd {
         self.rate.map(|function| unsafe { function(id as c_char) })
     }
 
-    /// Sets limits in the library, N and N·m. Returns true if it accepts the force limit.
+    /// Sets limits in the library, N and N·m. Returns true if the library accepts the force limit.
     pub(crate) fn set_most(&self, force: f64, torque: f64, id: i8) -> bool {
         let set = |most: Option<unsafe extern "C" fn(f64, c_char) -> c_int>, value: f64| {
             // SAFETY: all arguments are passed by value.
             most.is_some_and(|set| unsafe { set(value, id as c_char) } >= 0)
         };
-        // If the library cannot limit the torque, the safety chain still does.
+        // If the library cannot limit the torque, the safety chain still limits the torque.
         set(self.max_torque, torque);
         set(self.max_force, force)
     }
 
-    /// Makes the library also find simulated devices. Returns false if it has no such function.
+    /// Makes the library also find simulated devices. Returns false if the library has no such
+    /// function.
     pub(crate) fn enable_simulator(&self) -> bool {
         // SAFETY: all arguments are passed by value.
         self.simulator.map(|function| unsafe { function(1) }).is_some()

@@ -1,8 +1,8 @@
 //! The functions of 3D Systems' HDAPI that palpus calls, and the callback from its thread.
 //!
-//! The library runs a thread a thousand times per second. It calls [`Servant::serve`] in that
-//! thread, through a function that catches every panic. Unwinding into C code would end the process
-//! while the force is on.
+//! The library runs a thread a thousand times per second. This thread calls [`Servant::serve`],
+//! through a function that catches every panic. Unwinding into C code would end the process while
+//! the force is on.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -67,7 +67,7 @@ impl Hd {
     /// Looks up every function.
     ///
     /// # Errors
-    /// Fails if a function is missing. The error has its name.
+    /// Fails if a function is missing. The error names the function.
     pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
         // SAFETY: each type is the type of the function in the maker's manual, and the library is
         // stored with the functions.
@@ -101,8 +101,8 @@ impl Hd {
         self.start as usize
     }
 
-    /// Opens the device with this name, or the default device if there is no name. `None` if it
-    /// cannot be opened.
+    /// Opens the device with this name, or the default device if there is no name. `None` if the
+    /// device cannot be opened.
     pub(crate) fn init_device(&self, name: Option<&str>) -> Option<u32> {
         let name = name.map(CString::new).transpose().ok()?;
         let pointer = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
@@ -204,7 +204,7 @@ pub(crate) trait Servant: Send + 'static {
     /// Does the work of one turn. Returns false if this was the last turn.
     fn serve(&mut self) -> bool;
 
-    /// Called after a turn has panicked. Sets the force to zero. No other call follows.
+    /// Sets the force to zero after a turn has panicked. No other call follows.
     fn panicked(&mut self);
 
     /// Returns a flag that is set after the last call has returned. From then on the servant may be
@@ -255,7 +255,7 @@ unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
         // There is no caller to report to. The loop notices that no more states arrive.
         Err(_) => _ = catch_unwind(AssertUnwindSafe(|| servant.panicked())),
     }
-    // The flag outlives the servant. The servant is not used after it is set.
+    // The flag outlives the servant. The servant is not used after the flag is set.
     let ended = servant.ended();
     ended.store(true, Ordering::Release);
     DONE
@@ -294,7 +294,8 @@ mod tests {
     fn end_flag_is_set_after_the_last_call() {
         let mut witness = Witness::default();
         let data: *mut Witness = &mut witness;
-        // SAFETY: the witness lives through the calls, and nothing else uses it during them.
+        // SAFETY: the witness lives through the calls, and nothing else uses the witness during the
+        // calls.
         let call = || unsafe { turn::<Witness>(data.cast()) };
         assert_eq!((call(), call()), (CONTINUE, DONE));
         assert_eq!((witness.seen.as_slice(), witness.ended.load(Ordering::Acquire)), ([false, false].as_slice(), true));

@@ -1,4 +1,4 @@
-//! Bindings to the makers' libraries. This is the only folder with `unsafe`.
+//! Bindings to the makers' libraries. No other folder of this crate has `unsafe`.
 //!
 //! A library is loaded, and every function that is needed is looked up once. Each function gets a
 //! safe method, whose `SAFETY` comment says why the call is sound. The declarations are written by
@@ -44,7 +44,7 @@ impl Loaded {
         })
     }
 
-    /// Returns the function `name`. `None` if the library is too old to have it.
+    /// Returns the function `name`. `None` if the library is too old to have this function.
     ///
     /// # Safety
     /// As [`Loaded::function`].
@@ -63,6 +63,6 @@ unsafe fn words(text: *const c_char) -> String {
     if text.is_null() {
         return String::new();
     }
-    // SAFETY: the caller guarantees it.
+    // SAFETY: the caller guarantees the conditions above.
     unsafe { CStr::from_ptr(text) }.to_string_lossy().trim().to_owned()
 }

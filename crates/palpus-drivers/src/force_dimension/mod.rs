@@ -1,19 +1,19 @@
 //! Force Dimension's devices and the Falcon, through `libdhd`.
 //!
-//! 1. After opening, the device's force is off. The first write switches it on (a sigma.7 needs
-//!    this). The device's watchdog is set as well: it switches off the force [`WATCHDOG`] after the
-//!    last write, even if this program has died.
+//! 1. After opening, the device's force is off. The first write switches the force on (a sigma.7
+//!    needs this call). The device's watchdog is set as well: it switches off the force
+//!    [`WATCHDOG`] after the last write, even if this program has died.
 //! 2. A read returns the pose and the velocities. The library estimates velocities over
 //!    [`VELOCITY_WINDOW_MS`] instead of its default of 20 ms. Velocities that the library does not
 //!    have are estimated here. If it returns the previous sample again (time guard, code 1), the
 //!    sample keeps its time.
-//! 3. A write sets the whole wrench in one call. Saturated motors (code 2) are counted. They are
-//!    normal and not an error.
-//! 4. The brake switches the motors off. This short-circuits them, so they damp. The brake never
-//!    waits for a call that hangs; in that case the device's watchdog acts.
+//! 3. A write sets the whole wrench in one call. Saturated motors (code 2) are counted.
+//!    Saturation is normal and not an error.
+//! 4. The brake switches the motors off. The switched-off motors are short-circuited, so they damp.
+//!    The brake never waits for a call that hangs; in that case the device's watchdog acts.
 //! 5. The program switches the force on again only if this program or the device's watchdog has
-//!    switched it off. After any other cause, such as the button on the device, it stays off.
-//!    Before each switching on, the driver reads the cause from the status. The driver also
+//!    switched it off. After any other cause, such as the button on the device, the force stays
+//!    off. Before each switching on, the driver reads the cause from the status. The driver also
 //!    monitors the switch. While the force is off, the state is marked as withheld, so that the
 //!    loop increases the force from zero afterwards.
 //! 6. The library gets limits of force and torque, and does not exceed them.
@@ -38,23 +38,25 @@ use crate::ffi::dhd::Dhd;
 use crate::library::{Known, Place};
 use switch::{Shared, State, Switched, cause, status};
 
-/// Timeout of the device's watchdog. It is longer than the timeout of the loop's watchdog at 12 N,
-/// so the device's watchdog acts second.
+/// Timeout of the device's watchdog. The timeout is longer than the timeout of the loop's watchdog
+/// at 12 N, so the device's watchdog acts second.
 const WATCHDOG: Duration = Duration::from_millis(20);
 /// The same timeout in the device's intervals of 125 µs.
 const WATCHDOG_STEPS: u8 = 160;
-/// The velocity lags by half of this window. Shorter windows show the steps of the encoders.
+/// Time window of the velocity estimate, ms. The velocity lags by half of this window. Shorter
+/// windows show the steps of the encoders.
 const VELOCITY_WINDOW_MS: i32 = 4;
 /// Cutoff frequency of the velocities that are estimated here, Hz.
 const VELOCITY_CUTOFF_HZ: f64 = 50.0;
 /// Number of reads between two checks of the force switch. A check may need communication with the
 /// device.
 const READS_PER_STATUS: u32 = 32;
-/// Force limit of a device that is not in the list, N. No device of this maker has less.
+/// Force limit of a device that is not in the list, N. No device of this maker has a lower limit.
 const UNKNOWN_FORCE: f64 = 8.0;
-/// Torque limit of such a device with a motorised wrist, N·m. No device of this maker has less.
+/// Torque limit of such a device with a motorised wrist, N·m. No device of this maker has a lower
+/// limit.
 const UNKNOWN_TORQUE: f64 = 0.2;
-/// Rate if the library does not state one, Hz.
+/// Rate if the library states no rate, Hz.
 const USUAL_RATE_HZ: f64 = 1000.0;
 
 /// The library returned the previous sample again, or did not send, because the call came too soon.
@@ -79,7 +81,7 @@ const MEND: &str = "install the Force Dimension SDK (forcedimension.com/software
 /// Selects the device to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ForceDimensionOptions {
-    /// Where to find the library.
+    /// Location of the library.
     pub library: Place,
     /// If true, a device that the library simulates is used if there is no other.
     pub simulator: bool,
@@ -100,8 +102,8 @@ pub struct ForceDimension {
     last: Option<DeviceState>,
     /// Number of reads until the next check of the force switch.
     reads_left: u32,
-    /// True if the library once reported that the force is on. Then it can also report that it is
-    /// off.
+    /// True if the library has reported that the force is on. Such a library also reports when the
+    /// force is off.
     knows_switch: bool,
     /// True if the next write must switch the force on again.
     switch_on: bool,
@@ -110,11 +112,11 @@ pub struct ForceDimension {
 }
 
 impl ForceDimension {
-    /// Opens a device. It applies no force before the first write.
+    /// Opens a device. The device applies no force before the first write.
     ///
     /// # Errors
     /// Fails if there is no library, or no device that can apply a force. The error says how to fix
-    /// it.
+    /// the problem.
     pub fn open(options: &ForceDimensionOptions) -> Result<Self, DriverError> {
         let api = Dhd::of(LIBRARY.open(&options.library)?, "install a newer Force Dimension SDK (3.14 or later)")?;
         if options.simulator && !api.enable_simulator() {
@@ -228,7 +230,7 @@ impl ForceDimension {
             let why = format!("its force could not be switched on ({})", said(&shared.api));
             return Err(DeviceError::Refused(Cow::Owned(why)));
         }
-        // If the force was on before and then off, the loop must know it before the force is on
+        // If the force was on before and then off, the loop must know this before the force is on
         // again.
         self.interrupted = *state == State::Driven && switched != Switched::WasOn;
         shared.withheld.store(switched == Switched::Forbidden, Ordering::Release);
@@ -246,7 +248,8 @@ impl ForceDimension {
         )))
     }
 
-    /// Returns the library's velocity. Estimates it from two poses if the library does not have it.
+    /// Returns the library's velocity. Estimates the velocity from two poses if the library does
+    /// not have it.
     fn twist(&self, pose: &Pose, time: f64) -> Twist {
         let Shared { api, id, .. } = &*self.shared;
         let known = |(code, v): (i32, [f64; 3])| {
@@ -394,7 +397,7 @@ fn spec(api: &Dhd, id: i8) -> DeviceSpec {
     spec
 }
 
-/// Fails if the force of the device would stay off. The error says how to fix it.
+/// Fails if the force of the device would stay off. The error says how to fix the problem.
 fn check_status(api: &Dhd, id: i8) -> Result<(), DriverError> {
     // A library that does not report the device as connected does not fill in the status.
     let Some(words) = api.status(id).filter(|words| words[status::CONNECTED] != 0) else { return Ok(()) };

@@ -1,4 +1,4 @@
-//! The force of the device: whether it is on or off, and who switched it off.
+//! The state of the device's force: on or off, and the cause that switched it off.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
@@ -32,10 +32,10 @@ pub(super) mod cause {
 pub(super) struct Shared {
     pub(super) api: Dhd,
     pub(super) id: i8,
-    /// Locked during every call for the device.
+    /// Lock that is held during every call for the device.
     pub(super) line: Mutex<State>,
     pub(super) brake: BrakeFlag,
-    /// True if the brake was applied during a call, when it could only set this flag.
+    /// True if the brake was applied while a call was running; it could then only set this flag.
     pub(super) late_brake: AtomicBool,
     /// True if the force was switched off by something other than this program.
     pub(super) withheld: AtomicBool,
@@ -47,7 +47,7 @@ pub(super) enum Switched {
     On,
     /// The force was already on.
     WasOn,
-    /// The user or the device has switched it off.
+    /// The user or the device has switched the force off.
     Forbidden,
     /// The library refused.
     Failed,
@@ -80,15 +80,15 @@ impl Shared {
         if self.api.enable_force(true, self.id) < 0 { Switched::Failed } else { Switched::On }
     }
 
-    /// Switches the force off. If it is already off, does nothing, because otherwise the device
-    /// would lose the cause.
+    /// Switches the force off. If the force is already off, does nothing: another command would
+    /// delete the cause in the device.
     fn switch_off(&self) {
         let off = self.api.status(self.id).is_some_and(|words| is_forbidden(&words));
         if off {
             self.withheld.store(true, Ordering::Release);
             return;
         }
-        // If this fails, the device's watchdog acts.
+        // If this command fails, the device's watchdog acts.
         let _ = self.api.enable_force(false, self.id);
     }
 
@@ -122,8 +122,8 @@ impl Brake for Shared {
         self.late_brake.store(false, Ordering::Release);
         self.brake.release();
         if *line == State::Driven && !self.withheld.load(Ordering::Acquire) {
-            // If this fails, there is no force, and the next write reports why after the device's
-            // watchdog has acted.
+            // If the force cannot be switched on, there is no force, and the next write reports why
+            // after the device's watchdog has acted.
             let forbidden = self.switch_on() == Switched::Forbidden;
             self.withheld.store(forbidden, Ordering::Release);
         }

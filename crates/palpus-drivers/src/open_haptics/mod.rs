@@ -5,23 +5,24 @@
 //! effect up to a millisecond after it was written, and states arrive at the rate of HDAPI's
 //! thread.
 //!
-//! 1. A device is opened by name. Without a name, the driver is tried without one first, which some
-//!    drivers refuse, and then with the two default names of the installers.
+//! 1. A device is opened by name. If the user gives no name, the driver is first asked for its
+//!    default device, which some drivers refuse. Then the two default names of the installers are
+//!    tried.
 //! 2. Each limit is the smaller of the device's value and the known value of its model. HDAPI
 //!    states forces in N, torques in mN·m, lengths in mm.
 //! 3. A wrench that is older than a few milliseconds is not applied. The thread then applies zero,
 //!    the state is marked as withheld, and the loop increases the force from zero afterwards.
 //! 4. The brake is a flag that the thread checks in every turn. While it is set, the thread applies
 //!    damping.
-//! 5. Force errors (too much, too fast, warm motors) are counted. They end the run only if they
-//!    persist. All other errors end it at once. However the run ends, the thread's last wrench is
-//!    zero.
+//! 5. Force errors (too much, too fast, warm motors) are counted. Force errors end the run only
+//!    if they persist. All other errors end the run at once. However the run ends, the thread's
+//!    last wrench is zero.
 //! 6. The driver's protections are switched on: the clamp of the force, and the limits of force, of
-//!    the change of force and of velocity. An outdated calibration is updated. If that fails, the
-//!    device is rejected.
+//!    the change of force and of velocity. An outdated calibration is updated. If the update fails,
+//!    the device is rejected.
 //!
 //! HDAPI has one scheduler per process, and devices must be opened before it starts. If a device is
-//! already open, the scheduler pauses while another one is opened or closed. No device applies a
+//! already open, the scheduler pauses while another device is opened or closed. No device applies a
 //! force during that time. Each device has a separate callback.
 
 mod errors;
@@ -59,7 +60,7 @@ mod number {
     pub(super) const FORCE: u32 = 0x2700;
     pub(super) const TORQUE: u32 = 0x2701;
     pub(super) const FORCE_OUTPUT: u32 = 0x4000;
-    /// Each of these clamps a force, or removes a force that exceeds the driver's limits.
+    /// Each protection clamps a force, or removes a force that exceeds the driver's limits.
     pub(super) const PROTECTIONS: [u32; 5] = [
         0x4001, // clamp of the largest force
         // gradual increase of the force when the scheduler starts, or continues after an error
@@ -69,8 +70,8 @@ mod number {
     ];
     pub(super) const CALIBRATED: u32 = 0x5000;
     pub(super) const NEEDS_CALIBRATION: u32 = 0x5001;
-    /// Styles of calibration that do not need a person to hold the arm in a certain pose, in order
-    /// of preference: automatic, and in the inkwell.
+    /// Styles of calibration that do not need a person to hold the arm in a certain pose, in
+    /// order of preference: automatic, and in the inkwell.
     pub(super) const CALIBRATES_ITSELF: [u32; 2] = [2, 4];
 }
 
@@ -88,15 +89,16 @@ const LAST_TURN: Duration = Duration::from_millis(200);
 const SILENCE: f64 = 0.1;
 /// Number of consecutive turns with force errors after which the run ends.
 const FORCE_ERRORS_IN_A_ROW: u32 = 200;
-/// Maximum number of errors fetched at a time, because the library may add new ones meanwhile.
+/// Maximum number of errors fetched at a time, because the library may add new errors meanwhile.
 const ERRORS_AT_A_TIME: usize = 16;
-/// Maximum number of calibration updates, and the time between two of them.
+/// Maximum number of calibration updates, and the time between two updates.
 const CALIBRATIONS: u32 = 10;
 const CALIBRATION_TIME: Duration = Duration::from_millis(10);
 /// Mean additional time from a write to its effect, s: half a turn, because HDAPI's thread has its
 /// own timing.
 const DELAY: f64 = 0.5e-3;
-/// Number of buttons on the maker's styluses and handles. Encoder gimbals have one or none.
+/// Number of buttons on the maker's styluses and handles. Encoder gimbals have one button or no
+/// button.
 const BUTTONS: u8 = 2;
 
 pub(crate) const LIBRARY: Known = Known {
@@ -127,7 +129,7 @@ struct Called {
 /// Selects the device to open: by its name in the maker's setup tool, or the default device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OpenHapticsOptions {
-    /// Where to find the library.
+    /// Location of the library.
     pub library: Place,
     /// Name of the device. `None` means the driver's default.
     pub device: Option<String>,
@@ -154,7 +156,7 @@ pub struct OpenHaptics {
     scheduled: Option<Scheduled<Touch>>,
     /// Number of the last interruption of the wrench that was reported.
     gap: u64,
-    /// Number of turns with an outdated wrench, as of the last write.
+    /// Number of turns with an outdated wrench, up to the last write.
     stale: u64,
 }
 
@@ -164,7 +166,7 @@ impl OpenHaptics {
     ///
     /// # Errors
     /// Fails if there is no library, if no device answers, or if the device is already open. The
-    /// error says how to fix it.
+    /// error says how to fix the problem.
     pub fn open(options: &OpenHapticsOptions) -> Result<Self, DriverError> {
         let api = Arc::new(Hd::of(LIBRARY.open(&options.library)?, TOO_OLD)?);
         let mut standing = Standing::begin(&api)?;
@@ -183,7 +185,7 @@ impl OpenHaptics {
         for protection in number::PROTECTIONS {
             api.enable(protection);
         }
-        // Older drivers do not know all of them.
+        // Older drivers do not know all of these protections.
         forget_errors(&api);
         let shared = Arc::new(Shared::new(Instant::now()));
         let (commands, newest_command) = latest(Command::NONE);

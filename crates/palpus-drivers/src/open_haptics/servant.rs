@@ -1,19 +1,19 @@
 //! The work of HDAPI's thread in each of its turns.
 //!
 //! 1. Begin a frame. Read transform, velocity and buttons, and convert them to our units and axes.
-//! 2. Take the newest wrench. If it is too old, apply zero. If the brake is applied, apply damping
-//!    instead. Also apply zero if the wrench was computed before the loop knew of the last gap (see
-//!    below).
+//! 2. Take the newest wrench. If the wrench is too old, apply zero. If the brake is applied, apply
+//!    damping instead. Also apply zero if the wrench was computed before the loop knew of the last
+//!    gap (see below).
 //! 3. Write the wrench. End the frame.
 //! 4. Fetch the errors. Force errors are counted. Any other error is a failure, and after it the
 //!    wrench is zero.
 //! 5. Publish the state.
 //!
-//! **Gaps.** If zero is applied instead of a wrench, or if the driver applies no force because of
-//! its limits, the loop continues from a wrench that the user does not feel. Each such gap gets a
-//! number and is reported to the loop: its next state is marked as withheld. A wrench that was
-//! computed before that report is not applied. After the report the loop increases the force from
-//! zero.
+//! **Gaps.** If zero is applied instead of a wrench, the loop continues from a wrench that the user
+//! does not feel. This gap also exists if the driver applies no force because of its limits. Each
+//! such gap gets a number and is reported to the loop: its next state is marked as withheld. A
+//! wrench that was computed before that report is not applied. After the report the loop increases
+//! the force from zero.
 //!
 //! When the program requests the end, the thread writes a force of zero, and the maker's library
 //! does not call it again. The thread never waits and never allocates.
@@ -30,11 +30,11 @@ use super::{ERRORS_AT_A_TIME, ForceErrors, MILLI, errors, number};
 use crate::axes::Axes;
 use crate::ffi::hd::{Hd, Servant};
 
-/// Maximum age of a wrench that is applied, s. This is four late ticks of a loop at 1 kHz. In that
-/// time the largest force of a Touch moves a light hand by 0.2 mm.
+/// Maximum age of a wrench that is applied, s. The limit allows four late ticks of a loop at 1 kHz.
+/// In that time the largest force of a Touch moves a light hand by 0.2 mm.
 pub(super) const STALE: f64 = 5e-3;
-/// Cutoff frequency of the angular velocity, Hz. It is estimated here because HDAPI's angular
-/// velocity is not documented well enough.
+/// Cutoff frequency of the angular velocity, Hz. The angular velocity is estimated here because
+/// HDAPI's angular velocity is not documented well enough.
 const TURN_CUTOFF_HZ: f64 = 50.0;
 /// Shortest time between turns from which a velocity is computed, s.
 const SHORTEST_TURN: f64 = 0.1e-3;
@@ -142,7 +142,7 @@ impl Shared {
         self.last_force_error.load(Ordering::Relaxed)
     }
 
-    /// Requests the last turn. Returns whether it came in time.
+    /// Requests the last turn. Returns true if the last turn came in time.
     pub(super) fn end_and_wait(&self, most: Duration) -> bool {
         self.ending.store(true, Ordering::Release);
         let begun = Instant::now();
@@ -157,7 +157,7 @@ impl Shared {
 
     fn take_error(&self, code: u32) {
         if !errors::is_of_force(code) {
-            // Keeps the first error, because it caused the later ones.
+            // Keeps the first error, because it caused the later errors.
             let _ = self.failure.compare_exchange(0, code, Ordering::AcqRel, Ordering::Relaxed);
             return;
         }
@@ -231,7 +231,7 @@ impl Touch {
             self.given = false;
             return self.damping(&state.twist);
         }
-        // This also rejects NaN.
+        // The comparison also rejects NaN.
         let is_fresh = state.time - time <= STALE;
         if !is_fresh {
             self.shared.stale.fetch_add(1, Ordering::Relaxed);
@@ -262,7 +262,7 @@ impl Touch {
         }
     }
 
-    /// Fetches the library's errors. Returns true if one of them removed the force in this turn.
+    /// Fetches the library's errors. Returns true if an error removed the force in this turn.
     fn take_errors(&self) -> bool {
         let (mut any, mut none) = (false, false);
         for _ in 0..ERRORS_AT_A_TIME {

@@ -1,5 +1,5 @@
-// A stand-in for Force Dimension's libdhd. It exports the same names, and stores numbers instead of
-// moving motors.
+// A stand-in for Force Dimension's libdhd. The stand-in exports the same names, and stores numbers
+// instead of moving motors.
 
 #![allow(non_snake_case)]
 

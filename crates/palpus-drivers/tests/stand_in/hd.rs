@@ -1,5 +1,5 @@
-// A stand-in for OpenHaptics' libHD. It exports the same names, and has a thread that calls back a
-// thousand times per second.
+// A stand-in for OpenHaptics' libHD. The stand-in exports the same names, and has a thread that
+// calls back a thousand times per second.
 
 #![allow(non_snake_case)]
 
@@ -28,8 +28,8 @@ unsafe impl Send for Job {}
 static ERRORS: Mutex<VecDeque<c_uint>> = Mutex::new(VecDeque::new());
 /// The functions that the thread calls, with their numbers.
 static JOBS: Mutex<Vec<(c_ulong, Job)>> = Mutex::new(Vec::new());
-/// The current device of the whole process. The maker's manual may also mean one per thread; this
-/// is the stricter reading.
+/// The current device of the whole process. The maker's manual may also mean one per thread; one
+/// per process is the stricter reading.
 static CURRENT: AtomicU64 = AtomicU64::new(0);
 /// Handle of the device with the name `Second`.
 const SECOND_HANDLE: c_uint = 8;

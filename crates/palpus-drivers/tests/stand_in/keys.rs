@@ -1,5 +1,5 @@
-// Numbers that the tests and a stand-in library exchange, with their indices. Both include this
-// file.
+// Numbers that the tests and a stand-in library exchange, with their indices. The tests and the
+// library include this file.
 
 pub const SLOTS: usize = 96;
 
@@ -24,14 +24,15 @@ pub const NO_VELOCITY: usize = 16;
 pub const OUT_OF_RESET: usize = 17;
 pub const ENABLE_CODE: usize = 18;
 pub const MOVING: usize = 19;
-/// Who has switched off the force, as in word 14 of the status: 1 the button, 2 the speed limit, 6
-/// the dead-man's switch.
+/// Cause that has switched off the force, as in word 14 of the status: 1 the button, 2 the speed
+/// limit, 6 the dead-man's switch.
 pub const SWITCHED_OFF: usize = 20;
-/// The same if the program or the watchdog has switched it off.
+/// Cause if the program or the watchdog has switched off the force.
 pub const OFF_CAUSE: usize = 21;
 pub const CALIBRATION: usize = 22;
 pub const CALIBRATION_STYLES: usize = 23;
-/// Number of calibration updates until the calibration is good. Never good if negative.
+/// Number of calibration updates until the calibration is good. If negative, the calibration never
+/// becomes good.
 pub const CALIBRATION_TRIES: usize = 24;
 
 /// If set, the device's watchdog never acts.

@@ -1,4 +1,4 @@
-//! Stand-ins for the makers' libraries. The tests compile them.
+//! Stand-ins for the makers' libraries. The tests compile these stand-ins.
 #![allow(unsafe_code)] // Calls of a stand-in need it.
 #![allow(dead_code, unreachable_pub)] // Each test file uses a part of this module.
 
@@ -66,7 +66,7 @@ impl StandIn {
         [self.get(slot), self.get(slot + 1), self.get(slot + 2)]
     }
 
-    /// Waits until `what` is true. Returns false if that takes more than two seconds.
+    /// Waits until `what` is true. Returns false after two seconds.
     pub fn comes_to(&self, mut what: impl FnMut(&Self) -> bool) -> bool {
         let begun = Instant::now();
         while begun.elapsed() < Duration::from_secs(2) {

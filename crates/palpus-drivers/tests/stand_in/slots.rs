@@ -10,8 +10,8 @@ use keys::*;
 
 static VALUES: [AtomicU64; SLOTS] = [const { AtomicU64::new(0) }; SLOTS];
 
-/// Sets the numbers from the environment variable `STAND_IN`, such as `0=1,6=0.01`. For processes
-/// that cannot call `stand_in_set`.
+/// Sets the numbers from the environment variable `STAND_IN`, such as `0=1,6=0.01`. A process uses
+/// this variable if it cannot call `stand_in_set`.
 fn begin() {
     static BEGUN: std::sync::Once = std::sync::Once::new();
     BEGUN.call_once(|| {

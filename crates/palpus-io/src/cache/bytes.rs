@@ -1,5 +1,5 @@
-//! Converts numbers to bytes and back: little-endian; integers in LEB128, where small ones take few
-//! bytes.
+//! Converts numbers to bytes and back: little-endian; integers in LEB128, where small integers take
+//! few bytes.
 
 use std::io;
 
@@ -19,8 +19,8 @@ impl Writer {
         given
     }
 
-    /// Appends an integer: seven bits in each byte, the lowest bits first; a set high bit means
-    /// that another byte follows.
+    /// Appends an integer: seven bits in each byte, the lowest bits first; a set high bit
+    /// means that another byte follows.
     pub(super) fn whole(&mut self, mut number: u64) {
         while number >= 0x80 {
             self.bytes.push(number as u8 | 0x80);

@@ -1,7 +1,7 @@
 //! Prepared bodies on disk, so that each model is decomposed only once.
 //!
 //! * The name of a body is the hash of the mesh's content, the settings, the engine's sources and
-//!   the file format. If one of them changes, the name changes.
+//!   the file format. If one of these inputs changes, the name changes.
 //! * A file contains its name, the batches, and an index with the length and hash of each batch.
 //!   The header contains a hash of the index, so truncated, changed and renamed files are detected.
 //!   All workers read batches, check them and build their polytopes at the same time; the whole
@@ -28,7 +28,7 @@ use palpus::body::{Body, BodyError, BodySettings, Ground, PolygonSoup};
 
 use crate::ContentHash;
 
-/// Increased when the file layout changes.
+/// Version of the file layout. Increase it with each change of the layout.
 const FORMAT: u32 = 2;
 const MAGIC: &[u8; 8] = b"palpus b";
 /// Size of the header: magic number, name, length of the index, and hash of the index.
@@ -238,8 +238,8 @@ fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
 struct Kept {
     file: Mutex<File>,
     batches: Vec<Entry>,
-    /// Buffers for batches. They are reused, because allocating a buffer takes longer than reading
-    /// a batch.
+    /// Buffers for batches. The buffers are reused, because allocating a buffer takes longer than
+    /// reading a batch.
     spare: Mutex<Vec<Vec<u8>>>,
 }
 
@@ -318,8 +318,8 @@ fn little_endian(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte))
 }
 
-/// Locks the mutex. A panic of an earlier holder is ignored, since it cannot leave this data half
-/// changed.
+/// Locks the mutex. A panic of an earlier holder is ignored, since a panic cannot leave this data
+/// half changed.
 fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -187,8 +187,8 @@ impl Table {
     }
 }
 
-/// Writes the vertices and then, for a plate, the normal of its front and a number that says
-/// whether the front or the back is original; for a solid, its faces.
+/// Writes the vertices. For a plate, the normal of its front follows, and a number that
+/// says whether the front or the back is original. For a solid, its faces follow.
 fn write_polytope(out: &mut Writer, polytope: &Polytope, table: &Table) {
     out.count(polytope.vertices().len());
     for &vertex in polytope.vertices() {
@@ -263,8 +263,8 @@ fn read_plate(from: &mut Reader<'_>, vertices: Vec<DVec3>) -> Option<Polytope> {
     plate.validate_topology().is_ok().then_some(plate)
 }
 
-/// Writes the triangles (each as the difference from the previous one) and then, for each face, the
-/// number of its triangles and their positions in that list.
+/// Writes the triangles (each as the difference from the previous triangle) and then, for each
+/// face, the number of its triangles and their positions in that list.
 fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     let triangles = piece.triangles();
     out.count(triangles.len());
@@ -284,7 +284,7 @@ fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     }
 }
 
-/// Buffers for the lists of a piece; they are reused for the next piece.
+/// Buffers for the lists of a piece, reused for the next piece.
 #[derive(Default)]
 struct PieceLists {
     triangles: Vec<u32>,

@@ -1,4 +1,4 @@
-//! Stored bodies are restored bit for bit, and no other bytes than the written ones give a body.
+//! Tests that stored bodies are restored bit for bit, and that damaged files give no body.
 
 use glam::DVec3;
 use palpus::algebra::{Alone, Random};
@@ -24,8 +24,8 @@ impl Drop for Folder {
     }
 }
 
-/// Returns a ring with a square section and an open sheet beside it. They give solids and plates,
-/// and convex and reflex edges.
+/// Returns a ring with a square section and an open sheet beside it. Both together give solids and
+/// plates, and convex and reflex edges.
 fn soup() -> PolygonSoup {
     let mut soup = PolygonSoup::new();
     let sides = 12;

@@ -13,8 +13,8 @@
 //! `pos_x`, `position_x`, each also with the suffix `_m`, `_cm` or `_mm`; quaternion `qx`, `qy`,
 //! `qz`, `qw`. The columns may have any order.
 //!
-//! 1. Times are relative to the first sample. They must not decrease. If several samples have the
-//!    same time, the first one is used.
+//! 1. Times are relative to the first sample. Times must not decrease. If several samples have the
+//!    same time, the first sample is used.
 //! 2. Quaternions must be of unit length within 1e-3 and are normalised.
 //! 3. Files of more than 256 MB or 4 million samples are rejected, so that no file uses up the
 //!    memory.

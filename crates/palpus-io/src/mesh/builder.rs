@@ -17,9 +17,9 @@ pub(super) struct SoupBuilder {
     soup: PolygonSoup,
     /// Number that the file format gives to the first vertex; used in error messages.
     first: u64,
-    /// Indices that exceeded the number of vertices at the time they were read, with their places;
-    /// each is larger than all earlier ones. The first of them that is still out of range at the
-    /// end of the file is the file's first invalid index.
+    /// Indices that exceeded the number of vertices at the time they were read, with their places.
+    /// Each index is larger than all earlier indices. The first index that is still out of range at
+    /// the end of the file is the file's first invalid index.
     forward: Vec<(u64, Place)>,
 }
 

@@ -11,8 +11,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct ContentHash(pub [u8; 32]);
 
 impl ContentHash {
-    /// Returns the hash of a soup's vertices (bit for bit) and faces; it does not depend on the
-    /// file format.
+    /// Returns the hash of a soup's vertices (bit for bit) and faces. The hash does not depend on
+    /// the file format.
     pub fn of_soup(soup: &PolygonSoup) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"palpus soup 1");

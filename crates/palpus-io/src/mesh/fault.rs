@@ -15,7 +15,7 @@ pub struct MeshFileError {
     pub file: String,
     /// Location in the file.
     pub place: Place,
-    /// The problem. It is already part of the displayed message and therefore not a `source`.
+    /// The problem. The displayed message already contains the problem, so it is not a `source`.
     pub problem: Box<MeshProblem>,
 }
 
@@ -91,7 +91,7 @@ pub enum MeshProblem {
     /// The file is truncated.
     #[error("the file ends {within}; it is truncated: copy or export it again")]
     Truncated {
-        /// Where the file ends, such as "inside a facet".
+        /// The place at which the file ends, such as "inside a facet".
         within: String,
     },
     /// The file declares more elements than it can contain.

@@ -7,9 +7,9 @@
 //! * A face with fewer than three corners is an error in every format. Faces that repeat a vertex
 //!   or have no area are accepted, since the engine checks the shape.
 //! * Counts in a file are compared with the file size before memory is allocated. Reading needs a
-//!   small multiple of the file size as memory: measured were a factor of two for usual files and
-//!   of eight for the worst file. Two kinds of glTF files need more: files that repeat one mesh
-//!   many times (up to a limit), and lists of millions of empty nodes (a factor of thirty).
+//!   small multiple of the file size as memory: a factor of two was measured for usual files, and a
+//!   factor of eight for the worst file. Two kinds of glTF files need more: files that repeat one
+//!   mesh many times (up to a limit), and lists of millions of empty nodes (a factor of thirty).
 //! * Lengths stay in the unit of the file.
 
 mod builder;

@@ -92,7 +92,7 @@ fn face<'a>(words: impl Iterator<Item = &'a [u8]>, place: Place, soup: &mut Soup
     soup.end_face(place)
 }
 
-/// Checks that an ignored statement is a known one or starts with neither `v` nor `f`.
+/// Checks that an ignored statement is known or starts with neither `v` nor `f`.
 fn pass_over(keyword: &[u8], place: Place) -> Result<(), Fault> {
     if looks_binary(keyword) {
         return Err(Fault::malformed(place, "this is not text; is it an OBJ file?"));

@@ -1,8 +1,8 @@
 //! Reads OFF: the ASCII variants with three coordinates for each vertex (`OFF`, `COFF`, `NOFF`,
 //! `CNOFF`, `STOFF`, …).
 //!
-//! 1. The header word is optional. It is followed by the numbers of vertices, faces and edges (the
-//!    last is ignored), on the same line or the next.
+//! 1. The header word is optional. The numbers of vertices, faces and edges follow, on the same
+//!    line or the next. The number of edges is ignored.
 //! 2. Blank lines and comments, which start with `#`, are ignored. A vertex is a line that starts
 //!    with the three coordinates; the normals, colours and texture coordinates after them are
 //!    ignored.

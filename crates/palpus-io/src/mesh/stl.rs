@@ -1,12 +1,12 @@
-//! Reads STL, binary and ASCII: triangles without shared vertices. The engine welds them.
+//! Reads STL, binary and ASCII: triangles without shared vertices. The engine welds the vertices.
 //!
-//! 1. A file of exactly 84 + 50 n bytes, where n is the count at byte 80, is binary. Its first word
-//!    is ignored, because many binary files begin with `solid`.
-//! 2. Otherwise, a file that begins with `solid` and continues as text is ASCII. It contains any
-//!    number of solids; keywords may be upper or lower case; a facet may have more than three
-//!    vertices. The normals of facets are ignored, because they are often zero or NaN. The corners
-//!    are counter-clockwise.
-//! 3. Otherwise it is a damaged binary file. The error states the excess or missing bytes.
+//! 1. A file of exactly 84 + 50 n bytes, where n is the count at byte 80, is binary. The first
+//!    word of the file is ignored, because many binary files begin with `solid`.
+//! 2. Otherwise, a file that begins with `solid` and continues as text is ASCII. An ASCII file
+//!    contains any number of solids; keywords may be upper or lower case; a facet may have more
+//!    than three vertices. The normals of facets are ignored, because they are often zero or NaN.
+//!    The corners are counter-clockwise.
+//! 3. Any other file is a damaged binary file. The error states the excess or missing bytes.
 //!
 //! We do not use the crate `stl_io` because it reads only the first solid of an ASCII file.
 

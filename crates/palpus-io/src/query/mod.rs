@@ -1,5 +1,5 @@
 //! The files of `palpus query` and `palpus depth`: poses are read; results, contacts and depths are
-//! written. All are CSV with commas and a header line.
+//! written. All files are CSV with commas and a header line.
 //!
 //! * Poses: `tx,ty,tz,qx,qy,qz,qw`, the pose of body a in body b's frame, in model units.
 //! * Results: [`RESULT_COLUMNS`], one line for each pose, in b's frame and model units.

@@ -69,8 +69,9 @@ pub struct QueryRow {
     pub contacts: u32,
     /// True if the depth is proven to be global; always true for a distance.
     pub certified: bool,
-    /// Whether one body lies inside the other. In that case, `separation` refers to the nearest
-    /// surfaces or pieces and is not the length of a translation that separates the bodies.
+    /// Containment: says if one body lies inside the other body. In that case, `separation` refers
+    /// to the nearest surfaces or pieces and is not the length of a translation that separates the
+    /// bodies.
     #[serde(serialize_with = "as_number")]
     pub contained: Containment,
     /// Duration of the engine call without input and output, in µs.

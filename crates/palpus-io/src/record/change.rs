@@ -45,7 +45,7 @@ pub(super) fn read(text: &str) -> Result<(u64, Settings), String> {
 pub(super) struct Pending(Vec<(u64, Settings)>);
 
 impl Pending {
-    /// Adds a change. If there are several changes for one tick, the last one applies.
+    /// Adds a change. If there are several changes for one tick, the last change applies.
     pub(super) fn add(&mut self, tick: u64, settings: &Settings) {
         match self.0.last_mut() {
             Some((last, waiting)) if *last == tick => *waiting = *settings,

@@ -103,8 +103,8 @@ pub(super) struct HeaderError {
 
 impl RecordingHeader {
     /// Returns true if the recorded device poses are poses of the grip, as devices report them. In
-    /// format 1 they are poses of the origin of the probe's mesh. Both are equal only if the grip
-    /// is at that origin.
+    /// format 1 they are poses of the origin of the probe's mesh. Both poses are equal only if the
+    /// grip is at that origin.
     pub fn has_grip_poses(&self) -> bool {
         self.format >= 2 || self.scene.render.grip_a == DVec3::ZERO
     }
@@ -149,7 +149,7 @@ mod seed_as_text {
     }
 }
 
-/// Reads settings; fails if they are invalid.
+/// Reads settings. Fails if the settings are invalid.
 pub(super) fn valid_settings<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
     let settings = Settings::deserialize(deserializer)?;
     settings.validate().map_err(serde::de::Error::custom)?;

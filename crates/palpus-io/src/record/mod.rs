@@ -3,7 +3,7 @@
 //!
 //! A recording contains a header ([`RecordingHeader`]: program, scene, settings), one row for each
 //! tick ([`RecordRow`], [`column_names`]), and the changes of the engine's settings between ticks
-//! ([`Recording::changes`]). Three file formats store all of this without loss
+//! ([`Recording::changes`]). Three file formats store these data without loss
 //! ([`RecordingFormat`]):
 //!
 //! 1. CSV: the header as TOML, each line after `# `; a line with the names of the columns; one line
@@ -12,8 +12,9 @@
 //!    double.
 //! 2. Parquet: the columns, and a column `change`, which is empty except for ticks from which other
 //!    settings apply. The header is the file's metadata `palpus`.
-//! 3. MCAP: ROS 2 messages for robotics tools (pose, twist, wrench), whole rows on a separate
-//!    channel, and changes of settings on another one. The header is the metadata record `palpus`.
+//! 3. MCAP: ROS 2 messages for robotics tools (pose, twist, wrench), whole rows on a second
+//!    channel, and changes of settings on a third channel. The header is the metadata record
+//!    `palpus`.
 //!
 //! | columns | meaning |
 //! |---|---|
@@ -30,14 +31,14 @@
 //! | `tool_tx` … `tool_qw` | pose of the rendered probe's mesh in the world, m and quaternion |
 //! | `utc_ns` … `raw_linear_z` | timing and phase of the loop: see [`ServoRecord`] |
 //!
-//! **Versions.** Version 2 ends with `tool_qw`. Version 1 ends with `faults`, and its device pose
-//! is the pose of the origin of the probe's mesh instead of the grip
-//! ([`RecordingHeader::has_grip_poses`]). Both versions are read, and are written again in the same
-//! version.
+//! **Versions.** Version 2 ends with `tool_qw`. Version 1 ends with `faults`, and its device
+//! pose is the pose of the origin of the probe's mesh instead of the grip
+//! ([`RecordingHeader::has_grip_poses`]). palpus reads both versions, and writes a recording again
+//! in the version in which it was read.
 //!
 //! A program that is killed loses the rows that [`RecordingWriter`] has not yet written: less than
-//! a second. In every format, the file of an interrupted run is complete up to that point. A piece
-//! that was being written at that moment is omitted, and the reader adds a notice.
+//! a second. In every format, the file of an interrupted run is complete up to that point. A
+//! piece that was being written at that moment is omitted, and the reader adds a notice.
 //!
 //! Recordings may be malicious. No reader panics, and the memory stays within a small multiple of
 //! the file size. Compressed files are rejected, a length in a file is only trusted when its bytes
@@ -68,7 +69,7 @@ pub const FORMAT: u32 = 3;
 
 /// Bytes for one place in a file.
 struct Piece {
-    /// Offset in the file; the bytes overwrite the old ones.
+    /// Offset in the file; the bytes overwrite the old bytes.
     at: u64,
     bytes: Vec<u8>,
 }
@@ -127,8 +128,8 @@ pub struct ServoRecord {
     /// Phase of the engagement after the tick: 0 idle, 1 waiting, 2 ramping, 3 engaged, 4 faulted,
     /// 5 stopped.
     pub phase: u32,
-    /// True if the engine's step returned a result. False if it panicked, and while the loop only
-    /// damps the grip after a panic or a fault. In these ticks the engine's columns have no
+    /// True if the engine's step returned a result. False if the step panicked, and while the loop
+    /// only damps the grip after a panic or a fault. In these ticks the engine's columns have no
     /// meaning, and the safety chain received a zero wrench.
     pub stepped: bool,
     /// Units of work of the engine's query.

@@ -31,7 +31,7 @@ pub enum RecordingFormat {
 
 impl RecordingFormat {
     /// Returns the format for the extension of a file name: `.csv`, `.parquet` or `.mcap`; `None`
-    /// for others.
+    /// for other extensions.
     pub fn of_name(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
         let formats = [("csv", Self::Csv), ("parquet", Self::Parquet), ("mcap", Self::Mcap)];
@@ -51,8 +51,8 @@ impl RecordingFormat {
     }
 }
 
-/// Writes a recording. Do not use it on the servo thread: it allocates memory and waits for the
-/// stream.
+/// Writes a recording. Do not use the writer on the servo thread: it allocates memory and waits for
+/// the stream.
 ///
 /// Rows are collected and written as one piece. After each piece the file is complete; see
 /// [`RecordingWriter::flush`].
@@ -107,9 +107,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// Records new settings of the engine from tick `tick` on. They are written before the first
-    /// row of that tick or a later one; without such a row they are not written. If there are
-    /// several changes before the same tick, only the last is written.
+    /// Records new settings of the engine from tick `tick` on. The settings are written before the
+    /// first row of that tick or of a later tick; without such a row the settings are not written.
+    /// If there are several changes before the same tick, only the last is written.
     pub fn change(&mut self, tick: u64, settings: &Settings) {
         self.pending.add(tick, settings);
     }
@@ -133,8 +133,8 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.flush_when_due()
     }
 
-    /// Writes the collected rows if enough time has passed. Call this regularly while there are no
-    /// new rows.
+    /// Writes the collected rows if enough time has passed. Call this function regularly while
+    /// there are no new rows.
     pub fn flush_when_due(&mut self) -> io::Result<()> {
         let due = self.waiting >= MOST_WAITING || (self.waiting > 0 && self.handed_over.elapsed() >= BETWEEN_PIECES);
         if due { self.flush() } else { Ok(()) }

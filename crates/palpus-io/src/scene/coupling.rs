@@ -8,7 +8,7 @@ use super::{CouplingMode, SceneCoupling};
 impl SceneCoupling {
     /// Returns `render` with this coupling, for a loop with a period of `period` seconds.
     /// `render.limits` are the combined limits of the device and the scene. Values that the scene
-    /// does not set are computed from them.
+    /// does not set are computed from these limits.
     pub fn settings(&self, render: &Settings, period: f64) -> Settings {
         let mut settings = *render;
         let limits = settings.limits;

@@ -126,7 +126,7 @@ impl<'a> Section<'a> {
     /// Fails if a key is not one of `keys`.
     fn refuse_others(&self, keys: &[&str]) -> Result<(), SceneError> {
         let Some(table) = self.table else { return Ok(()) };
-        // Reports the first unknown key in the file, not the alphabetically first one.
+        // Reports the first unknown key in the file, not the alphabetically first unknown key.
         let unknown =
             table.keys().filter(|key| !keys.contains(&key.get_ref().as_ref())).min_by_key(|key| key.span().start);
         let Some(key) = unknown else { return Ok(()) };

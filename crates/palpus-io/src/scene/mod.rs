@@ -154,20 +154,21 @@ pub struct SceneFile {
 pub struct SceneObject {
     /// Mesh and start pose.
     pub body: SceneBody,
-    /// How it moves.
+    /// How the object moves.
     pub motion: ObjectMotion,
 }
 
 /// How an object moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ObjectMotion {
-    /// It does not move.
+    /// The object does not move.
     Fixed,
-    /// It moves with this velocity of the origin of its frame (m/s, rad/s) and ignores contact.
+    /// The object moves with this velocity of the origin of its frame (m/s, rad/s) and ignores
+    /// contact.
     Driven(Twist),
-    /// It moves by gravity, contact and friction; density in kg/m³.
+    /// The object moves by gravity, contact and friction; density in kg/m³.
     FreeOfDensity(f64),
-    /// It moves by gravity, contact and friction; mass in kg.
+    /// The object moves by gravity, contact and friction; mass in kg.
     FreeOfMass(f64),
 }
 
@@ -200,7 +201,7 @@ pub struct SceneGaps {
 pub struct SceneTool {
     /// Mesh and start pose.
     pub body: SceneBody,
-    /// Grip in the frame of the tool's mesh (m); `None` if the file does not set it.
+    /// Grip in the frame of the tool's mesh (m); `None` if the file sets no grip.
     pub grip: Option<DVec3>,
     /// The simulated operator of the tool.
     pub hand: SceneHand,

@@ -7,9 +7,10 @@
 //! 3. The settings of each tool are computed from the limits of its device
 //!    ([`super::SceneCoupling::settings`]).
 //!
-//! Missing keys ([`super::SceneGaps`]) have fixed defaults here. The program `palpus` computes them
-//! from the meshes instead: a finer tolerance for small bodies, a free place above the environment,
-//! and a grip within the tool. Other programs should set these keys in the file.
+//! For missing keys ([`super::SceneGaps`]), this module uses fixed defaults. The program `palpus`
+//! computes these values from the meshes instead: a finer tolerance for small bodies, a free place
+//! above the environment, and a grip within the tool. Other programs should set these keys in the
+//! file.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,7 +23,7 @@ use super::{FilePolicy, ObjectMotion, SceneBody, SceneError, SceneFile, read_sce
 use crate::cache::{BodyCache, prepared};
 use crate::mesh::{MeshFileError, read_mesh};
 
-/// The world of a scene. Its frame is the frame of the scene, in metres.
+/// The world of a scene. The frame of the world is the frame of the scene, in metres.
 pub struct SceneWorld {
     /// The world, which contains all bodies.
     pub world: World,
@@ -106,8 +107,8 @@ impl SceneWorld {
         Ok(Self { world, file, tools, starts, environment, objects, driven })
     }
 
-    /// Sets the velocities of the driven objects from the scene file. Call this before each step,
-    /// or at least ten times a second; otherwise driven objects stop.
+    /// Sets the velocities of the driven objects from the scene file. Call this function before
+    /// each step, or at least ten times a second; otherwise driven objects stop.
     pub fn drive(&mut self) {
         for &(body, velocity) in &self.driven {
             let pose = self.world.pose(body);

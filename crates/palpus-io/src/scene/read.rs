@@ -21,8 +21,8 @@ use crate::one_line::one_line;
 
 /// Size of the largest scene file that is read, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
-/// Default crease angle. It is larger than the bends of a coarse round mesh and smaller than the
-/// bends of a box.
+/// Default crease angle. The angle is larger than the bends of a coarse round mesh and smaller than
+/// the bends of a box.
 const CREASE_ANGLE_DEGREES: f64 = 40.0;
 /// Default limit of the rotation of a force by shading.
 const SHADING_LIMIT_DEGREES: f64 = 45.0;
@@ -47,7 +47,7 @@ pub fn read_scene(path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneErr
 }
 
 /// Parses the text of a scene file without reading other files. `path` is the path of the scene
-/// file; it is used in error messages and to find the other files.
+/// file, used in error messages and to find the other files.
 pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneError> {
     parse(text, path, policy, &|_| Ok(()))
 }
@@ -55,7 +55,7 @@ pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneF
 /// Checks a file that the scene refers to; fails with a description of the problem.
 type Check<'a> = &'a dyn Fn(&Path) -> Result<(), String>;
 
-/// Where the files of a scene are, and how to check them.
+/// Location of a scene's files, and the check for each of them.
 #[derive(Clone, Copy)]
 pub(super) struct Files<'a> {
     folder: &'a Path,
@@ -398,8 +398,8 @@ fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files
         return Err(section.error_at(span, "a file name is expected here, without control characters"));
     }
     let relative = Path::new(named);
-    // A backslash separates folders only on Windows. It is rejected on all systems, so that a scene
-    // has the same meaning everywhere.
+    // A backslash separates folders only on Windows. Backslashes are rejected on all systems,
+    // so that a scene has the same meaning everywhere.
     let stays = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let stays = stays && !named.contains('\\') && !has_drive(named);
     if files.policy == FilePolicy::Inside && !stays {

@@ -1,4 +1,4 @@
-//! Valid files in the dialects of each format.
+//! Tests that valid files in the dialects of each format are read.
 
 use std::io::Write;
 

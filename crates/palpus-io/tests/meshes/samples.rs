@@ -1,10 +1,10 @@
-//! A small solid, written in every format by code that shares nothing with the readers.
+//! A small solid in every format, written by code that has nothing in common with the readers.
 
 use data_encoding::BASE64;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-/// Returns a triangular prism of two triangles and three quadrilaterals. Its coordinates are exact
+/// Returns a triangular prism of two triangles and three quadrilaterals. The coordinates are exact
 /// in f32.
 pub(crate) fn prism() -> PolygonSoup {
     let mut soup = PolygonSoup::new();
@@ -19,7 +19,8 @@ pub(crate) fn prism() -> PolygonSoup {
     soup
 }
 
-/// Returns the corners of all faces as points. A reader must keep them, but may share vertices.
+/// Returns the corners of all faces as points. A reader must keep these points, but may share
+/// vertices.
 pub(crate) fn loops(soup: &PolygonSoup) -> Vec<Vec<DVec3>> {
     (0..soup.face_count()).map(|f| soup.face(f).iter().map(|&v| soup.vertices[v as usize]).collect()).collect()
 }

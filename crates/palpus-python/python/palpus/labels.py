@@ -123,7 +123,7 @@ class Labeller:
         of_contacts = _columns(contacts)
         of_contacts["pose"] = of_contacts["pose"] + np.uint64(block.first)
         self._write("contacts", block, of_contacts)
-        # Written last, because this file shows that the block is done.
+        # This file is written last, because it shows that the block is done.
         self._write("nearest", block, {"pose": numbers, **_columns(nearest)})
         overlapping = int((nearest["separation"] < 0).sum())
         return {**counts, "contacts": len(contacts), "overlapping": overlapping, "done_before": False}
@@ -139,7 +139,7 @@ class Labeller:
     def _write(self, kind: str, block: Block, columns: dict[str, npt.NDArray[Any]]) -> None:
         folder = self.out / kind
         folder.mkdir(parents=True, exist_ok=True)
-        # Renamed when it is complete, so no reader sees a part of a file.
+        # The file is renamed when it is complete, so no reader sees a part of a file.
         unfinished = folder / f".{block.name}.{os.getpid()}"
         pq.write_table(pa.table(columns), unfinished, compression="zstd")
         unfinished.replace(folder / block.name)

@@ -11,8 +11,8 @@ use crate::{ContactSettings, HandPath, Key, Tremor};
 
 const TREMOR_SEED: u64 = 11;
 
-/// The peg moves down onto the block beside the hole, leaning. It slides along the top to the hole,
-/// stands up, goes in, and comes out.
+/// The tilted peg moves down onto the block beside the hole. It slides along the top to the hole,
+/// becomes upright, goes in, and comes out.
 pub(super) fn peg_hole() -> Parts {
     let tip_at = |x: f64, y: f64, z: f64, lean: f64| {
         let rotation = DQuat::from_rotation_y(lean);
@@ -35,8 +35,8 @@ pub(super) fn peg_hole() -> Parts {
     Parts {
         probe: shape::peg(),
         environment: shape::hole_block(DEFAULT_CLEARANCE),
-        // The tolerance must be small compared with the part, not with the clearance. In the hole,
-        // both opposite walls are within the tolerance, and their forces balance.
+        // The tolerance must be small compared with the part, but it may exceed the clearance. Then
+        // opposite walls of the hole are within the tolerance, and their forces balance.
         contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 2e-3, stiffness: 1500.0, ..USUAL },
         path: HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED)),
         second: None,

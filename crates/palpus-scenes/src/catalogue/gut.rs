@@ -34,8 +34,8 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// Returns a pose along most of the centre line. The ball circles around the wall on the way, and
-/// presses and releases. `part` runs from 0 to 1.
+/// Returns the ball's pose at the fraction `part` (0 to 1) of its way along the tube. On this way,
+/// the ball circles along the wall, and presses it and lifts off repeatedly.
 fn inside(part: f64) -> Pose {
     let line = CenterLine;
     let u = 0.04 + 0.92 * part;

@@ -12,8 +12,8 @@ use crate::shape::{
 };
 use crate::{ContactSettings, HandPath, Key};
 
-/// Returns how far beyond contact the intended pose must be, m, for the normal simulated operator
-/// (150 N/m) to press with `newtons`.
+/// Returns the intended depth (m) with which the normal simulated operator (150 N/m) presses with
+/// `newtons`.
 const fn press(newtons: f64) -> f64 {
     newtons / 150.0
 }
@@ -78,15 +78,15 @@ pub(super) fn screwdriver() -> Parts {
     }
 }
 
-/// Returns the pose of a wheel that rolls on another wheel of the same size. `angle` is measured
-/// from the top, and `distance` is from axis to axis (m). Both axes are parallel to y.
+/// Returns the pose of a wheel that rolls on another wheel of the same size. `angle` (rad) is
+/// measured from the top. `distance` is the distance of the axes (m), which are parallel to y.
 fn rolling(angle: f64, distance: f64, phase: f64) -> Pose {
     let (sin, cos) = angle.sin_cos();
     Pose::new(DQuat::from_rotation_y(2.0 * angle + phase), DVec3::new(sin, 0.0, cos) * distance)
 }
 
 /// Returns a path that goes down, to one side, to the other side, and up. `free` and `pressed` are
-/// distances of the axes, m.
+/// the distances of the axes without and with contact, m.
 fn roll_path(free: f64, pressed: f64, phase: f64) -> HandPath {
     const REACH: f64 = 0.45;
     let at = |angle: f64| rolling(angle, pressed, phase);
@@ -122,12 +122,12 @@ pub(super) fn rollers() -> Parts {
     rollers_of(48, 20)
 }
 
-/// The same rollers with 200 000 triangles each.
+/// Two knurled rollers of 200 000 triangles each roll on each other.
 pub(super) fn fine_rollers() -> Parts {
     rollers_of(500, 199)
 }
 
-/// Rotation by which a tooth of one gear stands in a gap of the other, rad.
+/// Rotation that places a tooth of one gear in a gap of the other gear, rad.
 const GEAR_PHASE: f64 = PI / GEAR_TEETH as f64;
 
 /// Returns the pose of the gear without load, rolled by `angle` from the top.

@@ -1,4 +1,5 @@
-//! Scenes with free and driven bodies, which fall, slide, and are pushed, carried or picked up.
+//! Scenes with free and driven bodies. Free bodies fall and slide, and tools or driven bodies push
+//! and lift them.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -13,9 +14,11 @@ use crate::scene::{Motion, Object};
 use crate::shape::{self, BOLT_LENGTH};
 use crate::{ContactSettings, HandPath, Key};
 
-/// Densities of hard wood, aluminium and steel, kg/m³.
+/// Density of hard wood, kg/m³.
 const WOOD: f64 = 700.0;
+/// Density of aluminium, kg/m³.
 const ALUMINIUM: f64 = 2700.0;
+/// Density of steel, kg/m³.
 const STEEL: f64 = 7800.0;
 
 /// Height above the support at which objects start, m.
@@ -30,7 +33,8 @@ fn object(shape: &Arc<PolygonSoup>, start: Pose, motion: Motion) -> Object {
     Object { shape: shape.clone(), start, motion }
 }
 
-/// A finger pushes the topmost of three blocks, then the whole stack, and then presses on it.
+/// A finger pushes the topmost of three stacked blocks, then pushes the whole stack, and then
+/// presses on the stack.
 pub(super) fn stack() -> Parts {
     const SIDE: f64 = 40.0;
     let block = Arc::new(shape::cuboid(DVec3::splat(SIDE * 1e-3)));
@@ -106,11 +110,11 @@ pub(super) fn tray() -> Parts {
     }
 }
 
-/// A driven turntable carries four parts around. A finger blocks them one after the other.
+/// A driven turntable moves four parts around. A finger blocks the parts one after the other.
 pub(super) fn conveyor() -> Parts {
     const RADIUS: f64 = 0.090;
     const HEIGHT: f64 = 10.0;
-    // rad/s.
+    // Angular velocity of the turntable, rad/s.
     const SPEED: f64 = 0.8;
     let disc = Arc::new(shape::disc(RADIUS, HEIGHT * 1e-3, 48));
     let part = Arc::new(shape::cuboid(DVec3::new(0.020, 0.020, 0.016)));

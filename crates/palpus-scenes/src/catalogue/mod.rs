@@ -23,7 +23,7 @@ use crate::scene::{ContactSettings, Friction, Motion, Object, Scene, SecondTool}
 pub struct SceneEntry {
     /// Name of the scene, by which it is selected.
     pub name: &'static str,
-    /// One line for a list.
+    /// Summary in one line, for a list.
     pub summary: &'static str,
     parts: fn() -> Parts,
 }
@@ -47,7 +47,7 @@ struct Parts {
     environment: palpus::body::PolygonSoup,
     contact: ContactSettings,
     path: crate::HandPath,
-    /// A second tool, and the path of its hand.
+    /// Shape of a second tool, and the path of its hand.
     second: Option<(palpus::body::PolygonSoup, crate::HandPath)>,
     /// Objects in addition to the environment.
     objects: Vec<Object>,
@@ -184,18 +184,18 @@ fn flush(fit: Fit) -> Parts {
     Parts { probe, environment, contact, path, second: None, objects: Vec::new() }
 }
 
-/// Returns the scenes that are made for measurements. The [`scenes`] are made for a person to feel.
-/// They are not built yet.
+/// Returns the scenes for measurements. Their meshes are not built yet. For scenes that a person
+/// can feel, see [`scenes`].
 pub fn trials() -> &'static [SceneEntry] {
     &TRIALS
 }
 
-/// Returns the built-in scenes for a person to feel. They are not built yet.
+/// Returns the built-in scenes that a person can feel. Their meshes are not built yet.
 pub fn scenes() -> &'static [SceneEntry] {
     &SCENES
 }
 
-/// Builds the scene or trial with this name. `None` if there is none.
+/// Builds the scene or trial with this name. `None` if the name is unknown.
 pub fn scene(name: &str) -> Option<Scene> {
     scenes().iter().chain(trials()).find(|entry| entry.name == name).map(SceneEntry::build)
 }

@@ -8,9 +8,10 @@ use crate::shape::{PEN_TIP, pen, sphere};
 use crate::{HandPath, Key};
 
 pub(crate) const RADIUS: f64 = 0.040;
-/// Number of subdivisions: 20 480 triangles, so that the contact normal turns in small steps.
+/// Number of subdivisions of the sphere. The sphere has 20 480 triangles, so the contact normal
+/// turns in small steps.
 const FINENESS: u32 = 5;
-/// The arc runs from this angle on one side of the top to the same angle on the other side, rad.
+/// The arc extends by this angle to both sides of the sphere's top, rad.
 const HALF_ARC: f64 = 0.9;
 const DURATION: f64 = 6.0;
 const KEYS: usize = 30;

@@ -1,8 +1,8 @@
 //! A spoon in a cup \[K02 Figures 4 and 5\].
 //!
 //! The spoon goes down into the cavity. It stirs two turns, while the back of its bowl is
-//! alternately pressed against the wall and lifted off. Then it goes onto the floor, lays its
-//! handle on the rim, and comes out again.
+//! alternately pressed against the wall and lifted off. Then the tip goes down to the floor, the
+//! handle leans on the rim, and the spoon comes out again.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,8 +20,9 @@ const BACK_OF_BOWL: f64 = 0.0083;
 const BOWL_OVER_TIP: f64 = 0.022;
 /// Number of keys per turn of stirring.
 const PER_TURN: usize = 16;
-/// Intended depth of the bowl in the wall, and its distance from the wall in between, m.
+/// Intended depth of the bowl in the wall, m.
 const PRESS: f64 = 0.0012;
+/// Distance of the bowl from the wall between two presses, m.
 const LIFT: f64 = 0.0022;
 
 pub(super) fn parts() -> Parts {
@@ -31,13 +32,13 @@ pub(super) fn parts() -> Parts {
     ];
     stir(&mut keys);
     let stirred = keys[keys.len() - 1].time;
-    // The tip goes onto the floor, slightly into it, and moves along it.
+    // The tip goes down, slightly into the floor, and moves along the floor.
     let centre = |x, z| DVec3::new(x, 0.0, z);
     keys.push(Key::rest(stirred + 0.8, upright(centre(-0.008, 0.016), PI, 0.0)));
     keys.push(Key::rest(stirred + 1.4, upright(centre(-0.006, CUP_FLOOR - 0.001), PI, 0.05)));
     keys.push(Key::rest(stirred + 2.0, upright(centre(0.004, CUP_FLOOR - 0.0006), PI, 0.05)));
-    // The tip stays near the floor while the handle leans outward until it lies on the rim. It
-    // leans to the side away from the back of the bowl.
+    // The tip stays near the floor while the handle leans outward, until the handle lies on the
+    // rim. The handle leans away from the back of the bowl.
     keys.push(Key::rest(stirred + 2.8, upright(centre(-0.006, CUP_FLOOR + 0.002), PI, 0.40)));
     keys.push(Key::rest(stirred + 3.6, upright(centre(-0.008, CUP_FLOOR + 0.001), PI, LEAN_ON_RIM)));
     keys.push(Key::rest(stirred + 4.2, upright(centre(-0.008, CUP_FLOOR + 0.001), PI, LEAN_ON_RIM + 0.02)));
@@ -50,7 +51,7 @@ pub(super) fn parts() -> Parts {
 /// Lean angle at which the handle meets the rim with the tip on the floor, rad.
 const LEAN_ON_RIM: f64 = 0.52;
 
-/// Adds two turns that press into the wall and lift off it three times per turn.
+/// Adds two turns of stirring. The bowl presses into the wall and lifts off three times per turn.
 fn stir(keys: &mut Vec<Key>) {
     let begin = keys[keys.len() - 1].time;
     for k in 1..=2 * PER_TURN {
@@ -65,8 +66,8 @@ fn stir(keys: &mut Vec<Key>) {
 }
 
 /// Returns the pose of the spoon with its tip at `tip`. The back of its bowl faces outward at
-/// `angle` around the cup. Its handle leans from the vertical against that direction by `lean`
-/// (rad).
+/// `angle` around the cup. Its handle leans from the vertical by `lean` (rad), against this
+/// direction.
 fn upright(tip: DVec3, angle: f64, lean: f64) -> Pose {
     let outward = DVec3::new(angle.cos(), angle.sin(), 0.0);
     let x = outward * lean.sin() - DVec3::Z * lean.cos();

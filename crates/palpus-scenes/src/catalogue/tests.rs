@@ -1,7 +1,7 @@
-//! Tests that the scripted motions make the contacts that they describe. Samples of both surfaces
-//! decide: each vertex and triangle centre of one body against the other solid. This can miss an
-//! edge–edge contact. Then the measured separation is too large by less than the size of a
-//! triangle.
+//! Tests that the scripted motions make the contacts that their descriptions promise. The
+//! separation is measured between samples of one body (vertices and triangle centres) and the other
+//! solid. Samples can miss an edge–edge contact. Then the measured separation is too large by less
+//! than the size of a triangle.
 
 use palpus::algebra::Pose;
 
@@ -25,7 +25,7 @@ fn profile(scene: &Scene, count: usize) -> Vec<f64> {
     let (a, b) = (sampled(&scene.probe), sampled(&scene.environment));
     let at = |k: usize| {
         let pose = scene.path.pose(scene.path.duration() * k as f64 / count as f64);
-        // In a large environment, only the samples near the probe matter.
+        // In a large environment, only samples near the probe are used.
         let back = pose.inverse();
         let reach = a.points().iter().map(|p| p.length()).fold(0.0, f64::max) + FAR;
         let near: Vec<_> = b.points().iter().copied().filter(|p| p.distance(pose.translation) < reach).collect();
@@ -143,7 +143,8 @@ fn names_are_unique_and_found() {
     assert!(scene("no such scene").is_none());
 }
 
-/// Parts with play start free of contact, and their path then moves them into each other.
+/// Machine parts with play start without contact, and then their path presses them against each
+/// other.
 #[test]
 fn machine_parts_start_free_and_touch() {
     let names = ["slot", "drawer", "key", "square-peg", "box-slide", "screwdriver", "ball-joint", "gears"];

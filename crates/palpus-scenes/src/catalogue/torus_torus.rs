@@ -11,7 +11,7 @@ use crate::shape::{TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS, torus};
 
 const PERIOD: f64 = 8.0;
 const KEYS: usize = 48;
-/// Distance by which the intended ring is pulled past the point of contact, m.
+/// Distance by which the intended ring is pulled beyond first contact, m.
 const PRESS: f64 = 0.0012;
 
 pub(super) fn parts() -> Parts {
@@ -25,11 +25,10 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// Returns a pose of the probe's ring. It stands across the environment's ring, is pulled out and
-/// pushed in along x, and swings.
+/// Returns a pose of the probe's ring. The ring is perpendicular to the environment's ring, is
+/// pulled out and pushed in along x, and swings.
 fn linked(phase: f64) -> Pose {
-    // In the middle between the two ends of its play, the tube passes through the centre of the
-    // other ring's hole.
+    // In the middle of its play, the tube passes through the centre of the other ring's hole.
     let play = TORUS_MAJOR_RADIUS - 2.0 * TORUS_MINOR_RADIUS;
     let angle = TAU * phase;
     let x = TORUS_MAJOR_RADIUS + (play + PRESS) * angle.sin();

@@ -1,4 +1,4 @@
-//! Scenes that are made for measurements. One thing happens in each.
+//! Scenes for measurements. Each scene shows one effect.
 
 use std::f64::consts::TAU;
 
@@ -12,8 +12,8 @@ use crate::{ContactSettings, HandPath, Key};
 /// Side lengths of the box on the table, m.
 pub(crate) const BOX: DVec3 = DVec3::new(0.060, 0.040, 0.030);
 
-/// Returns the pose of the box on the table: the middle of its lower face at `x` (m), pressed below
-/// the table's top by `press` (m), and its tilts (rad).
+/// Returns the pose of the box on the table. The middle of its lower face is at `x` (m) and `press`
+/// (m) below the table's top. `about_y` and `about_x` are its tilts (rad).
 fn on_table(x: f64, press: f64, about_y: f64, about_x: f64) -> Pose {
     let rotation = DQuat::from_rotation_y(about_y) * DQuat::from_rotation_x(about_x);
     Pose::new(rotation, DVec3::new(x, 0.0, -press) + rotation * (DVec3::Z * (BOX.z / 2.0)))
@@ -46,7 +46,7 @@ pub(super) fn box_tilt() -> Parts {
 }
 
 /// The box is flat and pressed 0.5 mm deep. It slides over the table's end until more than half of
-/// it hangs over, and back.
+/// it is beyond the end, and then slides back.
 pub(super) fn box_edge() -> Parts {
     const PRESS: f64 = 0.0005;
     box_on_table(&[
@@ -68,8 +68,7 @@ pub(super) fn box_rest() -> Parts {
     ])
 }
 
-/// A knife lies across two ridges that converge, always equally deep. Its two contacts become one,
-/// and nothing else happens.
+/// A knife slides over two converging ridges at constant depth. Its two contacts become one.
 pub(super) fn rails() -> Parts {
     let at = |y: f64, press: f64| Pose::from_translation(DVec3::new(0.0, y, KNIFE_DEPTH - press));
     const PRESS: f64 = 0.0003;
@@ -88,8 +87,8 @@ pub(super) fn rails() -> Parts {
     }
 }
 
-/// A nut comes down on its bolt and is screwed on. Meanwhile it is pushed and pulled along the
-/// thread and across it.
+/// A nut comes down on its bolt and is screwed on. During this motion it is pushed and pulled along
+/// the thread and across it.
 pub(super) fn nut_bolt() -> Parts {
     const STEPS_A_TURN: usize = 12;
     const TURNS: f64 = 4.0;

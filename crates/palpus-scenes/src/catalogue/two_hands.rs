@@ -11,28 +11,28 @@ use crate::{ContactSettings, HandPath, Key};
 const BLOCK_HEIGHT: f64 = 0.025;
 
 /// For each key: the time (s); the position of the block along x and above the table (mm) and its
-/// lean (rad); the position of the peg's tip in the block (mm) and its lean there (rad).
+/// lean (rad); the position of the peg's tip in the block's frame (mm); the lean of the peg (rad).
 const KEYS: [(f64, [f64; 3], [f64; 3], f64); 11] = [
     (0.0, [0.0, 30.0, 0.0], [6.0, 1.0, 25.0], 0.06),
     (1.0, [2.0, 30.0, 0.0], [6.0, 1.0, 5.0], 0.06),
-    // The peg touches the block's top and slides along it to the hole. The other hand holds against
-    // it.
+    // The peg touches the block's top and slides along it to the hole. The other hand holds the
+    // block against the peg.
     (1.8, [2.0, 31.0, 0.02], [5.0, 0.6, -1.2], 0.06),
     (2.6, [0.0, 31.0, 0.02], [0.4, 0.0, -0.8], 0.04),
     (3.2, [-2.0, 31.0, 0.0], [0.0, 0.0, 0.2], 0.0),
     // The peg goes in, while the block is lifted and tilted.
     (4.2, [-5.0, 36.0, -0.05], [0.1, 0.1, -12.0], 0.002),
     (5.2, [-8.0, 32.0, -0.08], [-0.2, 0.1, -20.0], -0.002),
-    // Both go down onto the table together and slide along it.
+    // Block and peg go down onto the table together and slide along it.
     (6.4, [-10.0, -1.0, 0.0], [0.1, 0.0, -18.0], 0.0),
     (7.4, [15.0, -1.0, 0.0], [0.2, 0.0, -18.0], 0.0),
-    // The peg comes out. It lifts the block a little if it sticks.
+    // The peg comes out. If it sticks, it lifts the block a little.
     (8.6, [15.0, -0.5, 0.0], [0.0, 0.0, 2.0], 0.0),
     (9.6, [0.0, 30.0, 0.0], [6.0, 1.0, 25.0], 0.06),
 ];
 
-/// The block is held over the table. The peg touches it and enters it; the block is moved, put down
-/// on the table, and the peg leaves.
+/// One hand holds the block over the table. The peg touches the block and enters its hole. Then the
+/// block is moved and put down on the table, and the peg comes out.
 pub(super) fn parts() -> Parts {
     let block = |[x, above, lean]: [f64; 3]| {
         Pose::new(DQuat::from_rotation_y(lean), DVec3::new(x, 0.0, above) * 1e-3 + DVec3::Z * BLOCK_HEIGHT)

@@ -4,11 +4,11 @@
 //!    minimum-jerk quintic polynomial for the position, velocity and acceleration at both ends
 //!    \[Flash & Hogan 1985\].
 //! 2. At a key that the hand passes through, velocity and acceleration are those of the parabola
-//!    through this key and its two neighbours. At a resting key both are zero. So the path is twice
-//!    continuously differentiable.
+//!    through this key and its two neighbours. At a resting key, velocity and acceleration are
+//!    zero. So the path is twice continuously differentiable.
 //! 3. The rotation is interpolated in the four coordinates of the quaternion, which is then
-//!    normalised. It is as smooth as the coordinates if neighbouring keys differ by clearly less
-//!    than a half turn.
+//!    normalised. The rotation is as smooth as the coordinates if neighbouring keys differ by
+//!    clearly less than half a turn.
 //! 4. A tremor may be added: sines between 8 and 12 Hz, chosen from a seed.
 
 mod quintic;
@@ -80,7 +80,7 @@ impl HandPath {
     /// pose of the first key.
     ///
     /// # Panics
-    /// As [`Self::through`]. Also panics if the last pose differs from the first one.
+    /// Panics like [`Self::through`], and if the last pose differs from the first pose.
     pub fn cyclic(keys: &[Key]) -> Self {
         Self::build(keys, true)
     }
@@ -93,12 +93,12 @@ impl HandPath {
         Self::cyclic(&(0..=count).map(key).collect::<Vec<_>>())
     }
 
-    /// Returns the same path with an added tremor.
+    /// Returns this path with an added tremor.
     pub fn with_tremor(self, tremor: Tremor) -> Self {
         Self { tremor: Some(tremor), ..self }
     }
 
-    /// Returns the same path in another frame. `pose` is the pose of the old frame in the new one.
+    /// Returns this path in another frame. `pose` places the old frame in the new frame.
     #[must_use]
     pub fn placed(mut self, pose: &Pose) -> Self {
         let turn = DMat4::from_cols(
@@ -121,7 +121,7 @@ impl HandPath {
         self.duration
     }
 
-    /// True if the path starts again after [`Self::duration`].
+    /// Returns true if the path starts again after [`Self::duration`].
     pub fn is_cyclic(&self) -> bool {
         self.cyclic
     }
@@ -137,8 +137,8 @@ impl HandPath {
         Pose { rotation: DQuat::from_vec4(segment.rotation.at(s).normalize()), translation }
     }
 
-    /// Returns the velocity of the intended pose at `time` (s): of the probe's origin, in the
-    /// environment's frame. It is computed analytically.
+    /// Returns the twist of the intended pose at `time` (s), in the environment's frame. The linear
+    /// part is the velocity of the probe's origin. The derivative is exact.
     pub fn twist(&self, time: f64) -> Twist {
         let held = !self.cyclic && !(0.0..=self.duration).contains(&time);
         let (segment, s) = self.locate(time);
@@ -193,8 +193,8 @@ impl HandPath {
     }
 }
 
-/// Returns the quaternions of the keys, each with the sign that is nearer to the previous one. Also
-/// returns the sign change over one whole period.
+/// Returns the quaternions of the keys, each with the sign that is nearer to the previous
+/// quaternion. Also returns the sign change over one whole period.
 fn same_hemisphere(keys: &[Key]) -> (Vec<DVec4>, f64) {
     let mut rotations: Vec<DVec4> = Vec::with_capacity(keys.len());
     for key in keys {
@@ -206,10 +206,10 @@ fn same_hemisphere(keys: &[Key]) -> (Vec<DVec4>, f64) {
     (rotations, closing)
 }
 
-/// Returns the position, velocity and acceleration of the coordinates at key `k`. They are those of
-/// the parabola through the key and its two neighbours, or zero velocity and acceleration at rest.
-/// `value(j, laps)` returns the coordinates at key `j`, in the previous period (−1), this one (0)
-/// or the next one (1).
+/// Returns the position, velocity and acceleration of the coordinates at key `k`. At a resting key,
+/// velocity and acceleration are zero. At other keys, velocity and acceleration are those of the
+/// parabola through the key and its two neighbours. `value(j, laps)` returns the coordinates at key
+/// `j` in the previous (−1), the present (0) or the next period (1).
 fn reach<V>(keys: &[Key], cyclic: bool, k: usize, value: impl Fn(usize, i32) -> V) -> Reach<V>
 where
     V: Copy + std::ops::Sub<Output = V> + std::ops::Add<Output = V> + std::ops::Mul<f64, Output = V>,

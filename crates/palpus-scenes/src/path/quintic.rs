@@ -19,10 +19,10 @@ pub(super) struct Quintic<V> {
 }
 
 impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Quintic<V> {
-    /// Returns the unique quintic that goes from `start` to `end` in `span` seconds. It is also the
-    /// minimum-jerk motion.
+    /// Returns the unique quintic that goes from `start` to `end` in `span` seconds. This quintic
+    /// is also the minimum-jerk motion.
     pub(super) fn between(start: Reach<V>, end: Reach<V>, span: f64) -> Self {
-        // Uses the unit of time in which the span is 1.
+        // The unit of time here is the span.
         let c1 = start.velocity * span;
         let c2 = start.acceleration * (span * span / 2.0);
         let position = end.position - start.position - c1 - c2;

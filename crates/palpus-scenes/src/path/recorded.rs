@@ -2,15 +2,15 @@
 //!
 //! 1. Recordings are irregular (uneven times, positions rounded to 0.1 mm) and have gaps. Dense
 //!    samples are averaged over 15 ms on each side with a triangular weight, and a key is set every
-//!    10 ms. A movement of 12 Hz, the fastest of a hand, keeps nine tenths of its amplitude, and
-//!    the recorder's noise is removed. Sparse samples are used as keys.
-//! 2. In a gap the motion of the hand is unknown. The path comes to rest, moves over, and starts
-//!    again with the velocity of the hand after the gap.
+//!    10 ms. A movement of 12 Hz, the fastest of a hand, keeps 90 % of its amplitude, and the
+//!    recorder's noise is removed. Sparse samples are used as keys.
+//! 2. In a gap the motion of the hand is unknown. The path comes to rest, moves to the other end of
+//!    the gap, and starts again with the velocity of the hand after the gap.
 //! 3. At both ends the path starts from rest or comes to rest, within 0.3 s.
 //! 4. Between keys the path is a [`HandPath`]: position, velocity and acceleration are continuous.
 //!
-//! The motion is placed so that it begins where the scene starts. Positions are shifted and scaled,
-//! and the orientation of the grip is rotated. The world's axes stay the same.
+//! The motion is placed so that it begins at the scene's start pose. Positions are shifted and
+//! scaled, and the orientation of the grip is rotated. The world's axes stay the same.
 
 use glam::{DQuat, DVec3, DVec4};
 use palpus::algebra::{Pose, quantile};
@@ -35,7 +35,7 @@ impl Placement {
     }
 }
 
-/// Why samples do not give a path.
+/// Reason why samples do not give a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecordedPathError {
     /// There are fewer than two samples.
@@ -57,18 +57,19 @@ pub enum RecordedPathError {
 const KEY: f64 = 0.01;
 /// Half the width of the averaging window, s.
 const WIDTH: f64 = 0.015;
-/// Number of sample points on each side of the window: 2.5 ms apart, as typical samples are.
+/// Number of points on each side of the window. They are 2.5 ms apart, like typical samples.
 const POINTS: i32 = 5;
 /// Samples are dense if the median of their time steps is at most this, s.
 const DENSE: f64 = 0.02;
-/// Intervals longer than this are gaps: the larger of a time (s) and a multiple of the median step.
-/// Over shorter intervals the hand moves straight.
+/// An interval is a gap if it is longer than this time (s) and longer than [`GAP_MEDIANS`] median
+/// steps. In shorter intervals the path is a straight line.
 const GAP: f64 = 1.0;
+/// See [`GAP`].
 const GAP_MEDIANS: f64 = 8.0;
-/// Time in which the hand comes to rest before a gap and starts after it, s. At most a third of the
-/// gap.
+/// Time in which the hand comes to rest before a gap, and starts after it, s; at most a third of
+/// the gap.
 const STOP: f64 = 0.3;
-/// A sample that comes sooner than this after another one counts as the same, s.
+/// If a sample follows another sample within this time (s), both count as one sample.
 const SAME: f64 = 1e-4;
 /// Largest value of scale and speed. The smallest is its inverse.
 const FACTOR: f64 = 1e3;
@@ -110,7 +111,7 @@ impl HandPath {
 struct Sample {
     time: f64,
     translation: DVec3,
-    /// Unit quaternion, with the sign that is nearer to the previous one.
+    /// Unit quaternion, with the sign that is nearer to the previous sample's quaternion.
     rotation: DVec4,
 }
 
@@ -209,8 +210,8 @@ fn joined(keys: &mut Vec<Key>, begin: usize) {
     keys.splice(begin..begin, [ended, begun]);
 }
 
-/// Returns the key at rest, `after` seconds from `key`, that a constant deceleration reaches. The
-/// velocity at `key` is the mean velocity between it and `other`.
+/// Returns the resting key that a constant deceleration reaches `after` seconds from `key`. The
+/// velocity at `key` is the mean velocity between `key` and `other`.
 fn moved(key: &Key, other: Option<&Key>, after: f64) -> Key {
     let mut pose = key.pose;
     if let Some(other) = other {
@@ -340,7 +341,7 @@ mod tests {
         }
         assert!(HandPath::recorded(&two, &at).is_ok());
         assert_eq!(error(&[(0.0, pose), (1e-9, pose)], &at), RecordedPathError::TooFew);
-        // The samples are a millisecond apart, except for one that is years later.
+        // The samples are a millisecond apart, except for the last sample, which is years later.
         let far = [(0.0, pose), (1e-3, pose), (2e-3, pose), (1e9, pose)];
         assert!(HandPath::recorded(&far, &at).is_ok());
     }

@@ -9,8 +9,8 @@ const SINES: usize = 4;
 const LOWEST_HZ: f64 = 8.0;
 const HIGHEST_HZ: f64 = 12.0;
 
-/// A tremor of the intended position. The same seed gives the same tremor. Along each axis it never
-/// exceeds its amplitude.
+/// A tremor of the intended position. The same seed gives the same tremor. Along each axis, the
+/// displacement never exceeds the amplitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tremor {
     /// Amplitude of each sine, m.

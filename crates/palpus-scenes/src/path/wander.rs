@@ -1,13 +1,14 @@
 //! An endless hand motion: it moves back and forth along a scripted path and deviates from it.
 //!
-//! 1. The progress along the path increases with time, faster and slower, and sometimes decreases.
-//!    If the path is not cyclic, the hand returns along it after the end. The path is at rest at
-//!    its ends, so the reversal is smooth.
-//! 2. Position and rotation deviate from the path, so the hand also makes and breaks contacts where
-//!    the script does not.
-//! 3. All of this is sums of sines up to 2 Hz. A seed gives their frequencies and phases. The same
-//!    seed gives the same motion, which does not repeat within a year.
-//! 4. The tremor of the script is kept. It follows the real time, not the time along the path.
+//! 1. The hand moves along the path at a varying speed, and sometimes backward. If the path is not
+//!    cyclic, the hand returns along it after the end. The path is at rest at its ends, so the
+//!    reversal is smooth.
+//! 2. Position and rotation deviate from the path, so the hand also makes and breaks contacts that
+//!    the script does not have.
+//! 3. Progress and deviations are sums of sines up to 2 Hz. A seed gives the frequencies and
+//!    phases. The same seed gives the same motion, which does not repeat within a year.
+//! 4. The tremor of the script is kept. The tremor depends on the real time, not on the time along
+//!    the path.
 
 use std::f64::consts::TAU;
 
@@ -18,15 +19,15 @@ use super::{HandPath, Tremor};
 
 /// Number of sines of each coordinate.
 const SINES: usize = 8;
-/// Lowest frequency, Hz. Its period is about as long as a hand stays at one place.
+/// Lowest frequency, Hz. A hand stays at one place for about one period of this frequency.
 const LOWEST_HZ: f64 = 0.05;
 /// Highest frequency, Hz. Voluntary movements of a hand rarely contain higher frequencies.
 const HIGHEST_HZ: f64 = 2.0;
 /// Frequency above which the amplitudes decrease, Hz. So slow sines move the hand far, and fast
 /// sines move it little.
 const KNEE_HZ: f64 = 0.4;
-/// Largest deviation of the pace along the path, as a multiple of the path's pace. It is above 1,
-/// so the hand sometimes goes back.
+/// Largest deviation of the speed along the path, as a multiple of the path's speed. The value is
+/// above 1, so the hand sometimes moves backward.
 const PACE: f64 = 1.4;
 /// Time in which the deviation grows, s. At first the hand is at the start of the path.
 const BEGINNING: f64 = 2.0;
@@ -85,7 +86,7 @@ impl Waves {
 
 impl Wander {
     /// Returns a motion around `path`. It deviates by at most `shift` (m) along each axis and
-    /// `turn` (rad) about each axis, and usually by a quarter of that.
+    /// `turn` (rad) about each axis, and usually by a quarter of these values.
     pub fn about(path: &HandPath, shift: f64, turn: f64, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let mut waves = |most| Waves::new(most, &mut random);
@@ -99,15 +100,15 @@ impl Wander {
         }
     }
 
-    /// Returns the same motion with the probe held at `grip_a` (m, in the probe's frame). Rotations
-    /// away from the path are about that point. By default it is the origin of the probe's frame.
+    /// Returns this motion with the probe held at `grip_a` (m, in the probe's frame; by default the
+    /// origin). Rotations away from the path are about this point.
     #[must_use]
     pub fn turning_at(self, grip_a: DVec3) -> Self {
         Self { grip_a, ..self }
     }
 
-    /// Returns the intended pose of the probe (not of the grip) at `time` (s, from 0 on). At time 0
-    /// it is the start of the path.
+    /// Returns the intended pose of the probe (not of the grip) at `time` (s, not negative). At
+    /// time 0, this is the start of the path.
     pub fn pose(&self, time: f64) -> Pose {
         let time = time.max(0.0);
         let script = self.path.pose(self.along(time)).with_origin(self.grip_a);
@@ -157,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn far_grip_deviates_as_little_as_a_near_one() {
+    fn deviation_does_not_grow_with_the_grip_distance() {
         let path = scene("spoon-cup").expect("a built-in scene").path;
         let hand = Wander::about(&path, SHIFT, TURN, SEED);
         let grip = DVec3::new(0.24, 0.0, 0.1);
@@ -190,8 +191,8 @@ mod tests {
                         velocity.length() < 0.6 && turned < 12.0,
                         "{name} at {time}, seed {SEED}: {velocity}, {turned}"
                     );
-                    // The velocity has no jump: its change in one tick is a normal acceleration of
-                    // a hand.
+                    // The velocity has no jump: its change in one tick agrees with a normal
+                    // acceleration of a hand.
                     let step = last.map_or(0.0, |last| last.distance(velocity));
                     assert!(step < 0.03, "{name} at {time}, seed {SEED}: {step} m/s in a millisecond");
                     last = Some(velocity);

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-use super::skin::{Skin, circle};
+use super::surface::{Surface, circle};
 
 /// Radius of the joint's ball, m.
 pub const JOINT_RADIUS: f64 = 0.008;
@@ -20,8 +20,8 @@ pub fn ball_on_stem() -> PolygonSoup {
     const STEM_RADIUS: f64 = 0.003;
     const STEM_TOP: f64 = 0.010;
     const RINGS: usize = 14;
-    let mut skin = Skin::default();
-    let mut ring_at = |radius: f64, z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, SIDES, 0.0));
+    let mut surface = Surface::default();
+    let mut ring_at = |radius: f64, z: f64| surface.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, SIDES, 0.0));
     // Angles are measured from the ball's lowest point.
     let neck = PI - (STEM_RADIUS / JOINT_RADIUS).asin();
     let mut rings: Vec<Vec<u32>> = (1..=RINGS)
@@ -31,16 +31,16 @@ pub fn ball_on_stem() -> PolygonSoup {
         })
         .collect();
     rings.push(ring_at(STEM_RADIUS, STEM_TOP));
-    skin.point_start(&rings[0], JOINT_CENTER - DVec3::Z * JOINT_RADIUS);
+    surface.point_start(&rings[0], JOINT_CENTER - DVec3::Z * JOINT_RADIUS);
     for pair in rings.windows(2) {
-        skin.band(&pair[0], &pair[1]);
+        surface.band(&pair[0], &pair[1]);
     }
-    skin.cap_end(&rings[RINGS]);
-    skin.finish()
+    surface.cap_end(&rings[RINGS]);
+    surface.finish()
 }
 
 /// Returns a socket around the origin that encloses the ball of [`ball_on_stem`] beyond its
-/// equator. It leaves a play of at least `play` (m) on every side. The shape has 894 triangles.
+/// equator. The ball has a play of at least `play` (m) on every side. The shape has 894 triangles.
 pub fn socket(play: f64) -> PolygonSoup {
     const RINGS: usize = 12;
     const OUTER_RADIUS: f64 = 0.013;
@@ -49,8 +49,8 @@ pub fn socket(play: f64) -> PolygonSoup {
     let step = MOUTH / RINGS as f64;
     // The flat faces of the hollow are nearer to its centre than its corners.
     let radius = (JOINT_RADIUS + play) / ((PI / SIDES as f64).cos() * (step / 2.0).cos());
-    let mut skin = Skin::default();
-    let mut ring_at = |radius: f64, z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, SIDES, 0.0));
+    let mut surface = Surface::default();
+    let mut ring_at = |radius: f64, z: f64| surface.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, SIDES, 0.0));
     let hollow = |k: usize| {
         let angle = step * k as f64;
         (radius * angle.sin(), -radius * angle.cos())
@@ -60,10 +60,10 @@ pub fn socket(play: f64) -> PolygonSoup {
         let (radius, z) = hollow(k);
         ring_at(radius, z)
     }));
-    skin.cap_start(&rings[0]);
+    surface.cap_start(&rings[0]);
     for pair in rings.windows(2) {
-        skin.band(&pair[0], &pair[1]);
+        surface.band(&pair[0], &pair[1]);
     }
-    skin.point_end(&rings[RINGS + 1], DVec3::Z * -radius);
-    skin.finish()
+    surface.point_end(&rings[RINGS + 1], DVec3::Z * -radius);
+    surface.finish()
 }

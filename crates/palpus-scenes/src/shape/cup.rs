@@ -1,9 +1,9 @@
-//! A cup with a real cavity, a wall of 3 mm and a handle. It has 500 triangles as in the paper's
-//! Table 1, and genus 1.
+//! A cup with a real cavity, a wall of 3 mm and a handle. It has 500 triangles, like the model in
+//! the paper's Table 1, and genus 1.
 //!
 //! 1. Turn a profile about z in 16 steps: up the outer wall, over the rim, down the inner wall to
 //!    the floor.
-//! 2. Leave two openings in the outer wall, one step wide and two rows high. Each is bounded by six
+//! 2. Leave two openings in the outer wall, one step wide and two rows high. Each opening has six
 //!    vertices.
 //! 3. Connect the two openings by a hexagonal tube. Its first and last rings are the boundaries of
 //!    the openings, so the handle is connected to the wall without overlap.
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-use super::skin::{Skin, circle};
+use super::surface::{Surface, circle};
 
 /// Height of the rim above the table, m.
 pub const CUP_HEIGHT: f64 = 0.070;
@@ -52,25 +52,24 @@ const HANDLE_SIDE: usize = SIDES - 1;
 /// Returns a cup that stands on z = 0, with its axis along z and its handle toward +x. It is 70 mm
 /// wide and high. The shape has 500 triangles and genus 1.
 pub fn cup() -> PolygonSoup {
-    let mut skin = Skin::default();
+    let mut surface = Surface::default();
     let rings: Vec<_> = PROFILE
         .iter()
-        .map(|&(r, z)| skin.ring(circle(DVec3::Z * z * 1e-3, DVec3::X, DVec3::Y, r * 1e-3, SIDES, 0.5)))
+        .map(|&(r, z)| surface.ring(circle(DVec3::Z * z * 1e-3, DVec3::X, DVec3::Y, r * 1e-3, SIDES, 0.5)))
         .collect();
-    skin.cap_start(&rings[0]);
+    surface.cap_start(&rings[0]);
     for row in 0..rings.len() - 1 {
         let open = [LOWER_OPENING, UPPER_OPENING].iter().any(|&first| (first..first + 2).contains(&row));
-        skin.band_where(&rings[row], &rings[row + 1], |k| !(open && k == HANDLE_SIDE));
+        surface.band_where(&rings[row], &rings[row + 1], |k| !(open && k == HANDLE_SIDE));
     }
-    // The floor of the cavity faces up. It is the far end of the sweep, which has turned downward,
-    // so its ring is counter-clockwise about +z.
-    skin.cap_end(&rings[12]);
-    add_handle(&mut skin, &rings);
-    skin.finish()
+    // The floor of the cavity faces up. It is the far end of the sweep.
+    surface.cap_end(&rings[12]);
+    add_handle(&mut surface, &rings);
+    surface.finish()
 }
 
-/// Returns the radius of the cavity (m) at height `z` (m), measured to its flat faces. A point
-/// within this distance of the axis does not touch the wall.
+/// Returns the distance (m) from the axis to the flat faces of the cavity at height `z` (m). A
+/// point within this distance of the axis does not touch the wall.
 pub fn cup_inner_radius(z: f64) -> f64 {
     let z = z * 1e3;
     let inner = &PROFILE[8..];
@@ -99,7 +98,7 @@ fn opening(rings: &[Vec<u32>], outward_row: usize, inward_row: usize) -> [u32; 6
 }
 
 /// Adds the tube from the lower opening out, up and back into the upper opening.
-fn add_handle(skin: &mut Skin, rings: &[Vec<u32>]) {
+fn add_handle(surface: &mut Surface, rings: &[Vec<u32>]) {
     // Centre (x, z) of each ring, mm, and the direction of the sweep there as an angle from +x
     // toward +z (degrees).
     const BOW: [(f64, f64, f64); 7] = [
@@ -111,8 +110,8 @@ fn add_handle(skin: &mut Skin, rings: &[Vec<u32>]) {
         (49.5, 50.0, 150.0),
         (42.0, 51.8, 175.0),
     ];
-    // Half the size of the tube, mm: across the bow, along y at its corners, and along y at its
-    // middle.
+    // Half the size of the tube's cross-section, mm: across the bow, along y at its corners, and
+    // along y at its middle.
     const HALF_HEIGHT: f64 = 3.2;
     const HALF_WIDTH: f64 = 3.4;
     const HALF_WAIST: f64 = 4.6;
@@ -121,7 +120,7 @@ fn add_handle(skin: &mut Skin, rings: &[Vec<u32>]) {
         let (sin, cos) = f64::to_radians(angle).sin_cos();
         let inward = DVec3::new(-sin, 0.0, cos);
         let at = |y: f64, w: f64| (DVec3::new(x, y, z) + inward * w) * 1e-3;
-        let ring = skin.ring([
+        let ring = surface.ring([
             at(-HALF_WIDTH, -HALF_HEIGHT),
             at(HALF_WIDTH, -HALF_HEIGHT),
             at(HALF_WAIST, 0.0),
@@ -129,8 +128,8 @@ fn add_handle(skin: &mut Skin, rings: &[Vec<u32>]) {
             at(-HALF_WIDTH, HALF_HEIGHT),
             at(-HALF_WAIST, 0.0),
         ]);
-        skin.band(&previous, &ring);
+        surface.band(&previous, &ring);
         previous = ring;
     }
-    skin.band(&previous, &opening(rings, UPPER_OPENING + 2, UPPER_OPENING));
+    surface.band(&previous, &opening(rings, UPPER_OPENING + 2, UPPER_OPENING));
 }

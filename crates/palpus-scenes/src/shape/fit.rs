@@ -5,7 +5,7 @@
 use glam::{DVec2, DVec3};
 use palpus::body::PolygonSoup;
 
-use super::skin::Skin;
+use super::surface::Surface;
 
 /// Cross-section of a [`channel`] in the yz plane, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub struct ChannelSection {
 /// The shape has 28 triangles.
 pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
     let ChannelSection { half_gap: gap, half_width: wide, floor, bottom } = *section;
-    // Counter-clockwise about +x, the direction of the sweep.
+    // The points are counter-clockwise about +x, the direction of the sweep.
     let profile = |x: f64| {
         [
             (-wide, bottom),
@@ -38,29 +38,30 @@ pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
         ]
         .map(|(y, z)| DVec3::new(x, y, z))
     };
-    let mut skin = Skin::default();
-    let (near, far) = (skin.ring(profile(-length / 2.0)), skin.ring(profile(length / 2.0)));
-    skin.band(&near, &far);
+    let mut surface = Surface::default();
+    let (near, far) = (surface.ring(profile(-length / 2.0)), surface.ring(profile(length / 2.0)));
+    surface.band(&near, &far);
     // The ends are not convex, so they are divided into two walls and the base.
     for [a, b, c] in [[1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7], [0, 1, 4], [0, 4, 5]] {
-        skin.triangle(far[a], far[b], far[c]);
-        skin.triangle(near[a], near[c], near[b]);
+        surface.triangle(far[a], far[b], far[c]);
+        surface.triangle(near[a], near[c], near[b]);
     }
-    skin.finish()
+    surface.finish()
 }
 
 /// Returns a block with side lengths `outer` (m) and its top in the plane z = 0. A rectangular hole
-/// with side lengths `hole` (m) goes through it along the z axis. 32 triangles, genus 1.
+/// with side lengths `hole` (m) goes through it along the z axis. The shape has 32 triangles and
+/// genus 1.
 pub fn sleeve(outer: DVec3, hole: DVec2) -> PolygonSoup {
-    let mut skin = Skin::default();
-    let mut level = |z: f64| (skin.ring(rectangle(outer.truncate(), z)), skin.ring(rectangle(hole, z)));
+    let mut surface = Surface::default();
+    let mut level = |z: f64| (surface.ring(rectangle(outer.truncate(), z)), surface.ring(rectangle(hole, z)));
     let (outer_low, hole_low) = level(-outer.z);
     let (outer_top, hole_top) = level(0.0);
-    skin.band(&outer_low, &outer_top);
-    skin.band(&outer_top, &hole_top);
-    skin.band(&hole_top, &hole_low);
-    skin.band(&hole_low, &outer_low);
-    skin.finish()
+    surface.band(&outer_low, &outer_top);
+    surface.band(&outer_top, &hole_top);
+    surface.band(&hole_top, &hole_low);
+    surface.band(&hole_low, &outer_low);
+    surface.finish()
 }
 
 /// Side length of the key's square shaft, m.
@@ -73,17 +74,17 @@ pub const KEY_TIP: f64 = 0.050;
 pub fn key() -> PolygonSoup {
     const BOW: DVec2 = DVec2::new(0.020, 0.008);
     const BOW_HALF_HEIGHT: f64 = 0.010;
-    let mut skin = Skin::default();
-    let mut ring_at = |sides: DVec2, z: f64| skin.ring(rectangle(sides, z));
+    let mut surface = Surface::default();
+    let mut ring_at = |sides: DVec2, z: f64| surface.ring(rectangle(sides, z));
     let shaft = DVec2::splat(KEY_SIDE);
     let (tip, neck) = (ring_at(shaft, -KEY_TIP), ring_at(shaft, -BOW_HALF_HEIGHT));
     let (low, high) = (ring_at(BOW, -BOW_HALF_HEIGHT), ring_at(BOW, BOW_HALF_HEIGHT));
-    skin.cap_start(&tip);
-    skin.band(&tip, &neck);
-    skin.band(&neck, &low);
-    skin.band(&low, &high);
-    skin.cap_end(&high);
-    skin.finish()
+    surface.cap_start(&tip);
+    surface.band(&tip, &neck);
+    surface.band(&neck, &low);
+    surface.band(&low, &high);
+    surface.cap_end(&high);
+    surface.finish()
 }
 
 /// Side lengths of the square peg's cross-section, m.
@@ -94,18 +95,19 @@ pub const SQUARE_PEG: DVec2 = DVec2::new(0.010, 0.006);
 pub fn square_peg() -> PolygonSoup {
     const LENGTH: f64 = 0.050;
     const CHAMFER: f64 = 0.0005;
-    let mut skin = Skin::default();
-    let mut ring_at = |sides: DVec2, height: f64| skin.ring(rectangle(sides, super::PEG_TIP.z + height));
+    let mut surface = Surface::default();
+    let mut ring_at = |sides: DVec2, height: f64| surface.ring(rectangle(sides, super::PEG_TIP.z + height));
     let tip = ring_at(SQUARE_PEG - 2.0 * CHAMFER, 0.0);
     let (shoulder, top) = (ring_at(SQUARE_PEG, CHAMFER), ring_at(SQUARE_PEG, LENGTH));
-    skin.cap_start(&tip);
-    skin.band(&tip, &shoulder);
-    skin.band(&shoulder, &top);
-    skin.cap_end(&top);
-    skin.finish()
+    surface.cap_start(&tip);
+    surface.band(&tip, &shoulder);
+    surface.band(&shoulder, &top);
+    surface.cap_end(&top);
+    surface.finish()
 }
 
-/// Returns the same shape with its z axis turned to x, its x axis to y, and its y axis to z.
+/// Returns `soup`, rotated so that its z axis becomes x, its x axis becomes y, and its y axis
+/// becomes z.
 pub fn along_x(mut soup: PolygonSoup) -> PolygonSoup {
     for vertex in &mut soup.vertices {
         *vertex = DVec3::new(vertex.z, vertex.x, vertex.y);

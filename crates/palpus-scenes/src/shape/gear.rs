@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-use super::skin::Skin;
+use super::surface::Surface;
 
 /// Number of teeth of [`gear`].
 pub const GEAR_TEETH: usize = 16;
@@ -21,7 +21,7 @@ pub const GEAR_BACKLASH: f64 = 0.0002;
 
 const MODULE: f64 = 0.002;
 const PRESSURE_ANGLE: f64 = 20.0 * PI / 180.0;
-/// Radius of the tips. It is slightly reduced, so that tips do not touch the roots of the other
+/// Radius of the tips, m. It is slightly reduced, so that tips do not touch the roots of the other
 /// gear.
 const TIP_RADIUS: f64 = GEAR_PITCH_RADIUS + 0.9 * MODULE;
 const ROOT_RADIUS: f64 = GEAR_PITCH_RADIUS - 1.25 * MODULE;
@@ -34,13 +34,13 @@ const FILLET: f64 = 0.3;
 /// Returns a gear of 16 teeth around the origin, with module 2 mm and a width of 10 mm along y. The
 /// middle of one tooth points toward +z. The shape has 1024 triangles.
 pub fn gear() -> PolygonSoup {
-    let mut skin = Skin::default();
-    let near = skin.ring(outline(-HALF_WIDTH));
-    let far = skin.ring(outline(HALF_WIDTH));
-    skin.band(&near, &far);
-    face(&mut skin, &far, HALF_WIDTH, false);
-    face(&mut skin, &near, -HALF_WIDTH, true);
-    skin.finish()
+    let mut surface = Surface::default();
+    let near = surface.ring(outline(-HALF_WIDTH));
+    let far = surface.ring(outline(HALF_WIDTH));
+    surface.band(&near, &far);
+    face(&mut surface, &far, HALF_WIDTH, false);
+    face(&mut surface, &near, -HALF_WIDTH, true);
+    surface.finish()
 }
 
 /// Returns the outline, counter-clockwise about +y: for each tooth the rising flank, then the
@@ -65,15 +65,15 @@ fn half_angle(radius: f64) -> f64 {
     if radius < base { at_pitch + FILLET * (base - radius) / base } else { at_pitch - involute((base / radius).acos()) }
 }
 
-fn face(skin: &mut Skin, ring: &[u32], y: f64, backward: bool) {
+fn face(surface: &mut Surface, ring: &[u32], y: f64, backward: bool) {
     let mut roots = Vec::with_capacity(2 * GEAR_TEETH);
     for tooth in ring.chunks(2 * FLANK) {
         for k in 0..FLANK - 1 {
             let [a, b, c, d] = [tooth[k], tooth[k + 1], tooth[2 * FLANK - 2 - k], tooth[2 * FLANK - 1 - k]];
-            skin.quad(if backward { [d, c, b, a] } else { [a, b, c, d] });
+            surface.quad(if backward { [d, c, b, a] } else { [a, b, c, d] });
         }
         roots.extend([tooth[0], tooth[2 * FLANK - 1]]);
     }
     let center = DVec3::Y * y;
-    if backward { skin.point_start(&roots, center) } else { skin.point_end(&roots, center) }
+    if backward { surface.point_start(&roots, center) } else { surface.point_end(&roots, center) }
 }

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-use super::skin::Skin;
+use super::surface::Surface;
 
-/// Depth of the groove below the block's top, m. The groove extends as far to each side, so its
-/// angle is a right angle.
+/// Depth of the groove below the block's top, m. Half the width of the groove equals its depth, so
+/// its angle is 90°.
 pub const GROOVE_DEPTH: f64 = 0.020;
 
 /// Returns a solid block of 80 mm × 120 mm × 40 mm with a right-angled V groove along y. The top of
@@ -16,7 +16,7 @@ pub fn v_groove() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.040;
     const HALF_LENGTH: f64 = 0.060;
     const HEIGHT: f64 = 0.040;
-    // Counter-clockwise about +y, the direction of the sweep.
+    // The points are counter-clockwise about +y, the direction of the sweep.
     let profile = [
         (-HALF_WIDTH, -HEIGHT),
         (-HALF_WIDTH, 0.0),
@@ -26,14 +26,14 @@ pub fn v_groove() -> PolygonSoup {
         (HALF_WIDTH, 0.0),
         (HALF_WIDTH, -HEIGHT),
     ];
-    let mut skin = Skin::default();
-    let near = skin.ring(profile.map(|(x, z)| DVec3::new(x, -HALF_LENGTH, z)));
-    let far = skin.ring(profile.map(|(x, z)| DVec3::new(x, HALF_LENGTH, z)));
-    skin.band(&near, &far);
-    // The ends are not convex. They are divided so that no triangle spans the groove.
+    let mut surface = Surface::default();
+    let near = surface.ring(profile.map(|(x, z)| DVec3::new(x, -HALF_LENGTH, z)));
+    let far = surface.ring(profile.map(|(x, z)| DVec3::new(x, HALF_LENGTH, z)));
+    surface.band(&near, &far);
+    // The ends are not convex. Each end is divided so that no triangle spans the groove.
     for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 6], [3, 4, 6], [4, 5, 6]] {
-        skin.triangle(far[a], far[b], far[c]);
-        skin.triangle(near[a], near[c], near[b]);
+        surface.triangle(far[a], far[b], far[c]);
+        surface.triangle(near[a], near[c], near[b]);
     }
-    skin.finish()
+    surface.finish()
 }

@@ -1,19 +1,19 @@
-//! A tube like an intestine: folded into rows, with a wavy radius (haustra) and a real lumen. It
-//! has 24 846 triangles as in the paper's Table 1.
+//! A tube like an intestine: folded into rows, with a lumen whose radius is wavy (the bulges are
+//! called haustra). It has 24 846 triangles, like the model in the paper's Table 1.
 //!
-//! It is one closed sequence of rings: along the outer wall, over one cut end, back along the
-//! lumen, and over the other cut end. The outer radius is less than the bend radius of the folds,
-//! and less than half the distance between neighbouring rows. So the surface cannot intersect
-//! itself. The wall is 3 mm thick everywhere.
+//! The surface is one closed sequence of rings: along the outer wall, over one cut end, back along
+//! the lumen, and over the other cut end. The outer radius is smaller than the bend radius of the
+//! folds, and smaller than half the distance between neighbouring rows. So the surface cannot
+//! intersect itself. The wall is 3 mm thick everywhere.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-use super::skin::{Skin, circle};
+use super::surface::{Surface, circle};
 
-/// Mean radius of the lumen, m. The radius varies by a tenth in both directions.
+/// Mean radius of the lumen, m. The radius varies by ±10 %.
 pub const LUMEN_RADIUS: f64 = 0.013;
 /// Relative height of the haustra.
 const WAVINESS: f64 = 0.10;
@@ -26,8 +26,9 @@ pub const GUT_WALL: f64 = 0.003;
 const ROWS: usize = 4;
 const ROW_LENGTH: f64 = 0.110;
 const BEND_RADIUS: f64 = 0.024;
-/// Amplitude of the rise and fall of the rows, and its wavelength along the centre line, m.
+/// Amplitude of the rise and fall of the rows, m.
 const HEAVE: f64 = 0.005;
+/// Wavelength of the rise and fall along the centre line, m.
 const HEAVE_LENGTH: f64 = 0.180;
 
 const SIDES: usize = 41;
@@ -62,8 +63,8 @@ impl CenterLine {
         DVec3::new(direction * x, y, HEAVE * (TAU * s / HEAVE_LENGTH).sin())
     }
 
-    /// Returns two unit axes across the line at parameter `u`. The first one is horizontal. Their
-    /// cross product points along the line.
+    /// Returns two unit axes perpendicular to the line at parameter `u`. The first axis is
+    /// horizontal. The cross product of the axes points along the line.
     pub fn across(&self, u: f64) -> (DVec3, DVec3) {
         let (before, after) = ((u - 1e-5).clamp(0.0, 1.0), (u + 1e-5).clamp(0.0, 1.0));
         let tangent = (self.point(after) - self.point(before)).normalize();
@@ -78,19 +79,19 @@ impl CenterLine {
 }
 
 /// Returns a folded tube with wall and lumen, open at both cut ends. It is about 160 mm × 180 mm ×
-/// 45 mm in size, around the origin. 24 846 triangles, genus 1.
+/// 45 mm in size, around the origin. The shape has 24 846 triangles and genus 1.
 pub fn intestine() -> PolygonSoup {
     let line = CenterLine;
-    let mut skin = Skin::default();
+    let mut surface = Surface::default();
     let mut ring_at = |u: f64, wall: f64| {
         let (level, steep) = line.across(u);
-        skin.ring(circle(line.point(u), level, steep, line.lumen_radius(u) + wall, SIDES, 0.0))
+        surface.ring(circle(line.point(u), level, steep, line.lumen_radius(u) + wall, SIDES, 0.0))
     };
     let outer = (0..=OUTER_BANDS).map(|k| (k as f64 / OUTER_BANDS as f64, GUT_WALL));
     let lumen = (0..=LUMEN_BANDS).rev().map(|k| (k as f64 / LUMEN_BANDS as f64, 0.0));
     let rings: Vec<_> = outer.chain(lumen).map(|(u, wall)| ring_at(u, wall)).collect();
     for k in 0..rings.len() {
-        skin.band(&rings[k], &rings[(k + 1) % rings.len()]);
+        surface.band(&rings[k], &rings[(k + 1) % rings.len()]);
     }
-    skin.finish()
+    surface.finish()
 }

@@ -1,8 +1,8 @@
 //! Meshes as code, in metres.
 //!
 //! Each function returns a triangle soup that is closed, manifold, oriented outward and free of
-//! self-intersection, with a stated number of triangles. The description of each shape says where
-//! its frame is. The origin of a shape that is held is the point where the hand grips it.
+//! self-intersection, with a stated number of triangles. The description of each shape states the
+//! position of its frame. The origin of a held shape is the point at which the hand grips it.
 
 mod ball_joint;
 mod cup;
@@ -16,10 +16,10 @@ mod rails;
 mod roller;
 mod scan;
 mod screwdriver;
-mod skin;
 #[cfg(test)]
 mod soundness;
 mod spoon;
+mod surface;
 mod thread;
 mod torus;
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use palpus::body::PolygonSoup;
 use std::collections::HashMap;
 
-use super::skin::{Skin, circle};
+use super::surface::{Surface, circle};
 
 /// Returns a box around the origin with side lengths `size`, m. The shape has 12 triangles.
 pub fn cuboid(size: DVec3) -> PolygonSoup {
@@ -17,16 +17,16 @@ pub fn table() -> PolygonSoup {
     slab(DVec3::new(-0.15, -0.10, -0.02), DVec3::new(0.15, 0.10, 0.0))
 }
 
-/// Returns a disc around the z axis, with its middle at the origin. It is a prism with `sides`
-/// sides, `height` high, whose corners are at `radius`; all in m.
+/// Returns a disc around the z axis, with its middle at the origin: a prism with `sides` sides,
+/// `height` (m) high, with its corners at `radius` (m).
 pub fn disc(radius: f64, height: f64, sides: usize) -> PolygonSoup {
-    let mut skin = Skin::default();
-    let mut ring = |z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, sides, 0.0));
+    let mut surface = Surface::default();
+    let mut ring = |z: f64| surface.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, sides, 0.0));
     let (bottom, top) = (ring(-0.5 * height), ring(0.5 * height));
-    skin.cap_start(&bottom);
-    skin.band(&bottom, &top);
-    skin.cap_end(&top);
-    skin.finish()
+    surface.cap_start(&bottom);
+    surface.band(&bottom, &top);
+    surface.cap_end(&top);
+    surface.finish()
 }
 
 fn slab(low: DVec3, high: DVec3) -> PolygonSoup {
@@ -34,17 +34,17 @@ fn slab(low: DVec3, high: DVec3) -> PolygonSoup {
         [(low.x, low.y), (high.x, low.y), (high.x, high.y), (low.x, high.y)]
             .map(|(x, y): (f64, f64)| DVec3::new(x, y, z))
     };
-    let mut skin = Skin::default();
-    let bottom = skin.ring(outline(low.z));
-    let top = skin.ring(outline(high.z));
-    skin.cap_start(&bottom);
-    skin.band(&bottom, &top);
-    skin.cap_end(&top);
-    skin.finish()
+    let mut surface = Surface::default();
+    let bottom = surface.ring(outline(low.z));
+    let top = surface.ring(outline(high.z));
+    surface.cap_start(&bottom);
+    surface.band(&bottom, &top);
+    surface.cap_end(&top);
+    surface.finish()
 }
 
-/// Returns a sphere around the origin with its vertices at `radius`, m. It is an icosahedron whose
-/// faces are divided in four `subdivisions` times: 20·4ⁿ triangles.
+/// Returns a sphere around the origin with its vertices at `radius`, m. It is an icosahedron in
+/// which each triangle is divided into four, `subdivisions` times: 20·4ⁿ triangles.
 pub fn sphere(radius: f64, subdivisions: u32) -> PolygonSoup {
     let golden = (1.0 + 5f64.sqrt()) / 2.0;
     let mut vertices: Vec<DVec3> = (0..12)
@@ -83,8 +83,8 @@ pub fn sphere(radius: f64, subdivisions: u32) -> PolygonSoup {
 
 /// Returns the faces of the icosahedron: all triples of mutually nearest vertices.
 fn icosahedron_faces(vertices: &[DVec3]) -> Vec<[u32; 3]> {
-    // Neighbouring vertices of an icosahedron are 63° apart (cosine 0.447), and the next ones are
-    // 117° apart.
+    // Neighbouring vertices of an icosahedron are 63° apart (cosine 0.447), and other vertices are
+    // at least 117° apart.
     let near = |a: usize, b: usize| vertices[a].dot(vertices[b]) > 0.4;
     let mut faces = Vec::with_capacity(20);
     for a in 0..12 {
@@ -111,15 +111,15 @@ pub fn pen() -> PolygonSoup {
     const RADIUS: f64 = 0.004;
     const CONE: f64 = 0.018;
     const LENGTH: f64 = 0.140;
-    let mut skin = Skin::default();
+    let mut surface = Surface::default();
     let mut ring_at = |height: f64| {
         let center = PEN_TIP + DVec3::Z * height;
-        skin.ring(circle(center, DVec3::X, DVec3::Y, RADIUS, SIDES, 0.5))
+        surface.ring(circle(center, DVec3::X, DVec3::Y, RADIUS, SIDES, 0.5))
     };
     let shoulder = ring_at(CONE);
     let end = ring_at(LENGTH);
-    skin.point_start(&shoulder, PEN_TIP);
-    skin.band(&shoulder, &end);
-    skin.cap_end(&end);
-    skin.finish()
+    surface.point_start(&shoulder, PEN_TIP);
+    surface.band(&shoulder, &end);
+    surface.cap_end(&end);
+    surface.finish()
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-use super::skin::{Skin, circle};
+use super::surface::{Surface, circle};
 
 /// Distance from the screwdriver's grip down to the end of its blade, m.
 pub const SCREWDRIVER_TIP: f64 = 0.120;
@@ -21,31 +21,31 @@ pub fn screwdriver() -> PolygonSoup {
     const HANDLE_RADIUS: f64 = 0.012;
     const HANDLE_LOW: f64 = -0.045;
     const HANDLE_HIGH: f64 = 0.040;
-    let mut skin = Skin::default();
-    let tip = skin.ring(blade(-SCREWDRIVER_TIP));
-    let shoulder = skin.ring(blade(-SCREWDRIVER_TIP + BLADE_LENGTH));
-    let mut octagon = |radius: f64, z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, 8, 0.5));
+    let mut surface = Surface::default();
+    let tip = surface.ring(blade(-SCREWDRIVER_TIP));
+    let shoulder = surface.ring(blade(-SCREWDRIVER_TIP + BLADE_LENGTH));
+    let mut octagon = |radius: f64, z: f64| surface.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, 8, 0.5));
     let rings = [
         octagon(SHAFT_RADIUS, -SCREWDRIVER_TIP + BLADE_LENGTH + FLARE),
         octagon(SHAFT_RADIUS, HANDLE_LOW),
         octagon(HANDLE_RADIUS, HANDLE_LOW),
         octagon(HANDLE_RADIUS, HANDLE_HIGH),
     ];
-    // Four of the blade's corners lie on straight sides, so a fan would have triangles without
+    // Four of the blade's vertices lie on straight sides, so a fan would have triangles without
     // area.
     for [a, b, c, d] in [[0, 7, 6, 1], [1, 6, 5, 2], [2, 5, 4, 3]] {
-        skin.quad([tip[a], tip[b], tip[c], tip[d]]);
+        surface.quad([tip[a], tip[b], tip[c], tip[d]]);
     }
-    skin.band(&tip, &shoulder);
-    skin.band(&shoulder, &rings[0]);
+    surface.band(&tip, &shoulder);
+    surface.band(&shoulder, &rings[0]);
     for pair in rings.windows(2) {
-        skin.band(&pair[0], &pair[1]);
+        surface.band(&pair[0], &pair[1]);
     }
-    skin.cap_end(&rings[3]);
-    skin.finish()
+    surface.cap_end(&rings[3]);
+    surface.finish()
 }
 
-/// Returns the blade's outline at height `z`. It has eight points, to connect to the octagon above.
+/// Returns the blade's outline at height `z` (m). It has eight points, like the octagon above it.
 fn blade(z: f64) -> [DVec3; 8] {
     let (wide, thick) = (BLADE_WIDTH / 2.0, BLADE_THICKNESS / 2.0);
     [(1.0, 1.0), (0.4, 1.0), (-0.4, 1.0), (-1.0, 1.0), (-1.0, -1.0), (-0.4, -1.0), (0.4, -1.0), (1.0, -1.0)]

@@ -1,4 +1,4 @@
-//! Checks of the properties that every shape has.
+//! Tests the properties that every shape must have.
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -126,8 +126,8 @@ fn shapes_are_reproducible_without_slivers() {
     }
 }
 
-/// The engine must have nothing to repair. By exact predicates, two triangles may only share their
-/// common vertices and edges.
+/// The engine must not need to repair a shape. By exact predicates, two triangles may share only
+/// their common vertices and edges.
 #[test]
 fn shapes_need_no_repair() {
     for Case { name, build, .. } in CASES {

@@ -1,21 +1,21 @@
-//! A spoon: a bowl with a real cavity, and a handle. It has 336 triangles as in the paper's Table
-//! 1.
+//! A spoon: a bowl with a real cavity, and a handle. It has 336 triangles, like the model in the
+//! paper's Table 1.
 //!
-//! It consists of cross-sections at fixed x with twelve vertices each, swept from the end of the
+//! The surface consists of cross-sections at fixed x with twelve vertices each, from the end of the
 //! handle to the tip of the bowl. The sections lie in parallel planes and none intersects itself,
 //! so the surface cannot intersect itself.
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-use super::skin::Skin;
+use super::surface::Surface;
 
 /// The tip of the bowl in the spoon's frame, m.
 pub const SPOON_TIP: DVec3 = DVec3::new(0.070, 0.0, -0.0066);
 
-/// One cross-section, in mm: its position along x, half its width, the height of its edges, the
-/// rise of the middle of the upper side above the edges (negative: a cavity), the sag of the middle
-/// of the lower side below the edges, and the thickness at the edges.
+/// One cross-section; all values are in mm. The values in order: position along x; half the width;
+/// height of the edges; height of the upper side's middle above the edges (negative: a cavity);
+/// depth of the lower side's middle below the edges; thickness at the edges.
 struct Section(f64, f64, f64, f64, f64, f64);
 
 const SECTIONS: [Section; 14] = [
@@ -41,14 +41,14 @@ const ACROSS: [f64; 6] = [-1.0, -0.62, -0.22, 0.22, 0.62, 1.0];
 /// Returns a spoon of 120 mm along x with its tip at [`SPOON_TIP`]. The cavity of the bowl opens
 /// toward +z. The grip is on the handle, at the origin. The shape has 336 triangles.
 pub fn spoon() -> PolygonSoup {
-    let mut skin = Skin::default();
-    let rings: Vec<_> = SECTIONS.iter().map(|section| skin.ring(outline(section))).collect();
-    skin.point_start(&rings[0], DVec3::new(-0.050, 0.0, 0.0));
+    let mut surface = Surface::default();
+    let rings: Vec<_> = SECTIONS.iter().map(|section| surface.ring(outline(section))).collect();
+    surface.point_start(&rings[0], DVec3::new(-0.050, 0.0, 0.0));
     for pair in rings.windows(2) {
-        skin.band(&pair[0], &pair[1]);
+        surface.band(&pair[0], &pair[1]);
     }
-    skin.point_end(&rings[13], SPOON_TIP);
-    skin.finish()
+    surface.point_end(&rings[13], SPOON_TIP);
+    surface.finish()
 }
 
 /// Returns the outline, counter-clockwise about +x: the lower side from left to right, then the

@@ -1,41 +1,43 @@
 //! A bolt and its nut, with real threads.
 //!
-//! The thread is one strip that winds up around the axis. It has four rows of vertices per turn
-//! (root, flank, crest, flank). The first row of a turn is the fifth row of the previous turn. Both
-//! ends of the strip are cut along a plane through the axis. A plain collar leads to a flat ring
-//! above and below. The thread of the nut is the same strip, wider by the clearance, seen from
-//! inside.
+//! The thread is one strip that winds up around the axis. The strip has four rows of vertices per
+//! turn (root, flank, crest, flank). The first row of a turn is the fifth row of the previous turn.
+//! Both ends of the strip are cut along a plane through the axis. A plain collar connects each end
+//! with a flat ring. The thread of the nut is the same strip, wider by the clearance, with its
+//! front toward the axis.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-use super::skin::{Skin, circle};
+use super::surface::{Surface, circle};
 
 /// Rise of the thread in one turn, m.
 pub const THREAD_PITCH: f64 = 0.002;
 /// Distance from the lower to the upper end of [`bolt`], m.
 pub const BOLT_LENGTH: f64 = 0.016;
-/// Difference of the radii of the nut's and the bolt's thread, m.
+/// Radius of the nut's thread minus radius of the bolt's thread, m.
 pub const THREAD_CLEARANCE: f64 = 0.0002;
 /// Height of the nut's grip above the start of its thread, m.
 pub const NUT_GRIP: f64 = 0.004;
 
-/// Radii of the bolt's root and crest, m.
+/// Radius of the bolt's root, m.
 const ROOT: f64 = 0.0069;
+/// Radius of the bolt's crest, m.
 const CREST: f64 = 0.0079;
 /// Number of vertices per turn.
 const SIDES: usize = 24;
 const BOLT_TURNS: usize = 6;
 const NUT_TURNS: usize = 3;
-/// Distance between the lowest point of the strip and the flat ring below, m. The same above.
+/// Distance between the lowest point of the strip and the flat ring below it, m; also the distance
+/// at the upper end.
 const COLLAR: f64 = 0.001;
 const NUT_RADIUS: f64 = 0.012;
 
-/// A row of a turn: its height in pitches, and whether it lies on the crest. The flanks have an
-/// angle of 60° between them. The first two rows have the radius of the collars. A collar must not
-/// block the other part, so the bolt's collar has the radius of the root and the nut's collar the
+/// A row of a turn: its height in pitches, and true if it lies on the crest. The angle between the
+/// flanks is 60°. The first two rows have the radius of the collars. A collar must not block the
+/// other part, so the bolt's collar has the radius of the root, and the nut's collar has the
 /// radius of the crest.
 type Row = (f64, bool);
 const BOLT_ROWS: [Row; 4] = [(0.0, false), (0.21, false), (0.5, true), (0.71, true)];
@@ -44,36 +46,36 @@ const NUT_ROWS: [Row; 4] = [(0.5, true), (0.71, true), (1.0, false), (1.21, fals
 /// Returns a right-handed bolt of 16 mm along z, starting at z = −1 mm. The shape has 1300
 /// triangles.
 pub fn bolt() -> PolygonSoup {
-    let mut skin = Skin::default();
+    let mut surface = Surface::default();
     let thread = Thread { offset: 0.0, base: 0.0, turns: BOLT_TURNS, rows: BOLT_ROWS, inward: false };
-    let (low, high) = thread.build(&mut skin);
-    skin.cap_start(&low);
-    skin.cap_end(&high);
-    skin.finish()
+    let (low, high) = thread.build(&mut surface);
+    surface.cap_start(&low);
+    surface.cap_end(&high);
+    surface.finish()
 }
 
 /// Returns a round nut that fits [`bolt`]. It is 10 mm high, and its grip is in the middle of its
-/// axis. 824 triangles, genus 1.
+/// axis. The shape has 824 triangles and genus 1.
 ///
-/// If the nut is turned by any angle φ about z and raised by [`NUT_GRIP`] + φ/2π ·
-/// [`THREAD_PITCH`], it touches nothing in the bolt's thread.
+/// If the nut is turned by any angle φ (rad) about z and raised by [`NUT_GRIP`] + φ/2π ·
+/// [`THREAD_PITCH`] (m), it does not touch the bolt's thread.
 pub fn nut() -> PolygonSoup {
-    let mut skin = Skin::default();
+    let mut surface = Surface::default();
     let thread = Thread { offset: THREAD_CLEARANCE, base: -NUT_GRIP, turns: NUT_TURNS, rows: NUT_ROWS, inward: true };
-    let (low, high) = thread.build(&mut skin);
-    let outside = |skin: &mut Skin, ring: &[u32]| {
-        let z = skin.at(ring[0]).z;
-        skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, NUT_RADIUS, SIDES, 0.0))
+    let (low, high) = thread.build(&mut surface);
+    let outside = |surface: &mut Surface, ring: &[u32]| {
+        let z = surface.at(ring[0]).z;
+        surface.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, NUT_RADIUS, SIDES, 0.0))
     };
-    let (outer_low, outer_high) = (outside(&mut skin, &low), outside(&mut skin, &high));
-    skin.band(&low, &outer_low);
-    skin.band(&outer_low, &outer_high);
-    skin.band(&outer_high, &high);
-    skin.finish()
+    let (outer_low, outer_high) = (outside(&mut surface, &low), outside(&mut surface, &high));
+    surface.band(&low, &outer_low);
+    surface.band(&outer_low, &outer_high);
+    surface.band(&outer_high, &high);
+    surface.finish()
 }
 
 struct Thread {
-    /// Added to the radius, m.
+    /// Offset of all radii, m.
     offset: f64,
     /// Height at which the thread begins, m.
     base: f64,
@@ -85,17 +87,19 @@ struct Thread {
 
 impl Thread {
     /// Adds the strip and its collars. Returns the flat rings below and above.
-    fn build(&self, skin: &mut Skin) -> (Vec<u32>, Vec<u32>) {
+    fn build(&self, surface: &mut Surface) -> (Vec<u32>, Vec<u32>) {
         let count = SIDES * self.turns;
-        // Beyond the strip's end only the first row continues. It closes the last turn from above.
+        // Beyond the strip's end, only the first row continues, and closes the last turn from
+        // above.
         let of = |u: usize| if u <= count { &self.rows[..] } else { &self.rows[..1] };
-        let rows: Vec<Vec<u32>> =
-            (0..=count + SIDES).map(|u| of(u).iter().map(|&row| skin.vertex(self.point(u, row))).collect()).collect();
+        let rows: Vec<Vec<u32>> = (0..=count + SIDES)
+            .map(|u| of(u).iter().map(|&row| surface.vertex(self.point(u, row))).collect())
+            .collect();
         // Row 4 is the first row of the next turn.
         let vertex = |u: usize, row: usize| if row < 4 { rows[u][row] } else { rows[u + SIDES][0] };
         let ring = |z: f64| circle(DVec3::Z * z, DVec3::X, DVec3::Y, self.radius(self.rows[0]), SIDES, 0.0);
-        let low = skin.ring(ring(self.point(0, self.rows[0]).z - COLLAR));
-        let high = skin.ring(ring(self.point(count + SIDES, self.rows[0]).z + COLLAR));
+        let low = surface.ring(ring(self.point(0, self.rows[0]).z - COLLAR));
+        let high = surface.ring(ring(self.point(count + SIDES, self.rows[0]).z + COLLAR));
         let mut faces = Vec::new();
         for u in 0..count {
             for row in 0..4 {
@@ -109,8 +113,8 @@ impl Thread {
             let next = high[(k + 1) % SIDES];
             faces.push(vec![vertex(count + k, 0), vertex(count + k + 1, 0), next, high[k]]);
         }
-        // The last side of the lower collar and the first side of the upper collar meet an end of
-        // the thread, which has corners on their edge.
+        // The last side of the lower collar and the first side of the upper collar touch an end of
+        // the thread, which has vertices on their edge.
         let start = [0, 1, 2, 3, 4].map(|row| vertex(0, row));
         let end = [0, 1, 2, 3, 4].map(|row| vertex(count, row));
         faces.push(vec![vertex(SIDES - 1, 0), low[SIDES - 1], low[0], start[0], start[1], start[4]]);
@@ -118,10 +122,10 @@ impl Thread {
         faces.push(vec![start[1], start[2], start[3], start[4]]);
         faces.push(vec![end[4], end[3], end[2], end[1]]);
         for face in faces {
-            // A fan around the first corner.
+            // Adds a fan of triangles around the first corner.
             for k in 1..face.len() - 1 {
                 let [a, b, c] = [face[0], face[k], face[k + 1]];
-                if self.inward { skin.triangle(a, c, b) } else { skin.triangle(a, b, c) }
+                if self.inward { surface.triangle(a, c, b) } else { surface.triangle(a, b, c) }
             }
         }
         (low, high)

@@ -4,12 +4,12 @@ use palpus::algebra::quantile;
 
 use super::{Judged, PUSHED_SHARE, Push};
 
-/// Number of bins over the fraction of the thickness at which contact was lost. The last bin is for
-/// pushes that kept contact to the end.
+/// Number of bins of a histogram over the fraction of the thickness at which contact was lost. The
+/// last bin is for pushes that kept contact to the end.
 pub const HELD_BINS: usize = 10;
 
-/// Upper ends of the bins over the depth as a multiple of the true distance. A bin for points
-/// without contact comes first.
+/// Upper ends of the bins of a histogram over the ratio of depth and true distance. A bin for
+/// points without contact comes before these bins.
 pub const RATIO_ENDS: [f64; 8] = [0.5, 0.8, 0.9, 0.98, 1.02, 1.1, 1.25, f64::INFINITY];
 
 /// Largest depth that counts as correct, as a multiple of the true distance.
@@ -46,7 +46,7 @@ impl PopThrough {
     }
 }
 
-/// Results of points inside.
+/// Results of points inside the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Honesty {
     /// Number of points.

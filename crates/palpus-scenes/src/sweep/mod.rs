@@ -1,5 +1,5 @@
-//! Two sweeps over a closed body. They measure how deep contact with it can be felt, and how large
-//! the error is.
+//! Two sweeps over a closed body. The sweeps measure the depth to which contact persists, and the
+//! errors of depth and direction.
 //!
 //! * *Pop-through*: a small probe is pushed in at random points of the surface, along the inward
 //!   normal, to 45 % of the way to the opposite wall. Contact must persist, and its depth must not
@@ -7,9 +7,9 @@
 //! * *Honesty*: a small probe is placed at random points inside the body. Depth and direction of
 //!   the deepest contact are compared with the nearest point of the surface.
 //!
-//! Both use the pair query of the servo path and take its deepest contact, as eq. 5 does. The probe
-//! is an octahedron with a random rotation. It is much smaller than the body. Its extent along the
-//! normal is subtracted from the depth.
+//! Both sweeps use the pair query of the servo path and take its deepest contact, like eq. 5 of
+//! \[K02\]. The probe is an octahedron with a random rotation, much smaller than the body. Its
+//! extent along the normal is subtracted from the depth.
 
 mod figures;
 mod probes;
@@ -32,11 +32,11 @@ const STEPS: u32 = 30;
 const PROBE_SHARE: f64 = 0.01;
 /// Allowed decrease of the depth from step to step, relative to the thickness.
 const FALL: f64 = 0.01;
-/// The entered point of the surface counts as the nearest one if the true depth is at least this
-/// fraction of the depth along the push.
+/// The point at which the probe entered counts as the nearest surface point if the true depth is at
+/// least this fraction of the depth along the push.
 const OWN: f64 = 0.98;
-/// Thickness below which parts are not tested, relative to the body's size. Points nearer to the
-/// surface than this are not measured either.
+/// Parts thinner than this are not tested, and points nearer to the surface are not measured. The
+/// value is relative to the body's size.
 const THINNEST: f64 = 1e-4;
 
 /// One push.
@@ -46,10 +46,10 @@ pub struct Push {
     pub point: DVec3,
     /// Distance from that point along the inward normal to the next wall, m.
     pub thickness: f64,
-    /// Fraction of the thickness up to which contact persisted. [`PUSHED_SHARE`] if it was never
-    /// lost.
+    /// Fraction of the thickness up to which contact persisted; [`PUSHED_SHARE`] if contact was
+    /// never lost.
     pub held: f64,
-    /// Fraction of the thickness up to which the entered surface was the nearest, at most
+    /// Fraction of the thickness up to which the entered surface was the nearest surface, at most
     /// [`PUSHED_SHARE`].
     pub own: f64,
     /// Fraction of the thickness, up to [`Self::own`], at which the depth first decreased or became
@@ -64,15 +64,15 @@ pub struct Judged {
     pub point: DVec3,
     /// Distance from the nearest surface, m.
     pub distance: f64,
-    /// Depth of the deepest contact, m. 0 without contact.
+    /// Depth of the deepest contact, m; 0 without contact.
     pub depth: f64,
-    /// Angle between the contact's normal and the direction to the nearest surface, rad. π without
+    /// Angle between the contact's normal and the direction to the nearest surface, rad; π without
     /// contact.
     pub turn: f64,
 }
 
 impl Judged {
-    /// Returns the relative error of the depth. 1 without contact.
+    /// Returns the relative error of the depth; 1 without contact.
     pub fn error(&self) -> f64 {
         (self.depth / self.distance - 1.0).abs()
     }
@@ -80,8 +80,9 @@ impl Judged {
 
 /// Pushes a small probe into a closed body at `samples` points of its surface.
 ///
-/// Points whose inward normal meets no opposite wall, or a wall too near to measure, are replaced
-/// by others. If nearly all points are like that, the result has fewer pushes than requested.
+/// A point is replaced by another point if its inward normal meets no opposite wall, or if the wall
+/// is too near to measure. If nearly all points are replaced, the result has fewer pushes than
+/// requested.
 pub fn pop_through(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Push> {
     let mut random = Random::new(seed);
     let mut probes = Probes::new(body, &mut random);

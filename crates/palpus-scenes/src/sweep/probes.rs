@@ -14,7 +14,7 @@ const CAPACITY: usize = 1024;
 /// Number of probe sizes. Each size is half of the previous one, starting at the body's size.
 const HALVINGS: usize = 40;
 
-/// Probes of different sizes, each created when it is first needed.
+/// Probes of different sizes, created on demand.
 pub(super) struct Probes {
     turn: DQuat,
     size: f64,

@@ -12,7 +12,7 @@ pub(crate) const GRAVITY: f64 = 9.81;
 /// Period of the loop, s.
 pub(crate) const DT: f64 = 1e-3;
 
-/// A free rigid body under gravity, the engine's wrench, and a little drag, as a device has.
+/// A free rigid body under gravity, the engine's wrench, and a little drag like that of a device.
 pub(crate) struct Falling {
     pub(crate) renderer: Renderer,
     /// Mass, kg.
@@ -46,7 +46,7 @@ impl Falling {
         }
     }
 
-    /// Sets gravity as on a plane that descends toward +x by `angle` (rad).
+    /// Sets gravity for a plane that descends toward +x by `angle` (rad).
     pub(crate) fn tilt(&mut self, angle: f64) {
         self.gravity = GRAVITY * DVec3::new(angle.sin(), 0.0, -angle.cos());
     }

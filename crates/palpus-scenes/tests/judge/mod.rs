@@ -8,7 +8,7 @@ use palpus::collision::{Closest, Proximity, Side, initial_features, march};
 /// The two pieces of a pair of leaves, and the result of its distance search.
 pub(crate) type Near = (u32, u32, Proximity);
 
-/// Returns the distance. Zero if the pieces overlap.
+/// Returns the distance; zero if the pieces overlap.
 pub(crate) fn distance(proximity: &Proximity) -> f64 {
     match proximity {
         Proximity::Disjoint(Closest { distance, .. }) => *distance,

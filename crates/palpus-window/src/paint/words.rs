@@ -9,7 +9,7 @@ use crate::picture::{Picture, Rgb};
 use crate::scene::{Scene, Unit};
 use crate::style::{Colours, Style};
 
-/// Pixels.
+/// Lengths, pixels.
 const MARGIN: f64 = 22.0;
 const TITLE_SIZE: f64 = 19.0;
 pub(super) const WORD_SIZE: f64 = 13.0;
@@ -58,7 +58,7 @@ pub(super) fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style
 /// Approximate length of the scale, pixels.
 const SCALE_LENGTH: f64 = 130.0;
 
-/// Entries of the legend for the marks in the picture.
+/// Returns the entries of the legend for the marks in the picture.
 fn legend(scene: &Scene, moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
     let contacts = |overlap: bool| style.contacts && moment.contacts.iter().any(|c| (c.separation < 0.0) == overlap);
     let anchors = |sliding: bool| style.anchors && moment.anchors.iter().any(|a| a.sliding == sliding);
@@ -81,7 +81,7 @@ fn legend(scene: &Scene, moment: &Moment, style: &Style, colours: &Colours) -> V
     rows.into_iter().filter(|row| row.0).map(|(_, colour, meaning)| (colour, meaning)).collect()
 }
 
-/// Returns the largest of 1, 2 or 5 times a power of ten that is not longer, with its text.
+/// Returns the largest of 1, 2 or 5 times a power of ten that is at most `most`, with its text.
 pub(crate) fn round_length(most: f64, unit: Unit) -> (f64, String) {
     let mut decade = -12i32;
     while 10f64.powi(decade + 1) <= most && decade < 12 {

@@ -43,14 +43,15 @@ impl Backdrop {
             gl.bind_vertex_array(Some(self.array));
             gl.draw_arrays(glow::TRIANGLES, 0, 3);
             gl.bind_vertex_array(None);
-            // As egui expects it.
+            // egui expects blending.
             gl.enable(glow::BLEND);
         }
     }
 
     /// Releases all objects of the graphics library.
     pub(super) fn destroy(&self, gl: &glow::Context) {
-        // SAFETY: as in `draw`; nothing is drawn any more.
+        // SAFETY: the context is current, as egui's callbacks promise, and nothing is drawn any
+        // more.
         unsafe {
             gl.delete_program(self.program);
             gl.delete_vertex_array(self.array);
@@ -70,7 +71,8 @@ void main() {
 }
 ";
 
-/// Noise of less than a step of a colour hides the steps, where it is cheap.
+/// Adds noise of less than a step of a colour, which hides the steps of the gradient. Used
+/// only where it is cheap.
 const FRAGMENT: &str = "
 in vec3 v_colour;
 out vec4 f_colour;

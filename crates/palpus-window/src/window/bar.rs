@@ -11,7 +11,7 @@ use crate::camera::View;
 use crate::scene::{LISTED, ShownBody};
 use crate::style::{Style, Theme};
 
-/// Points.
+/// Lengths, points.
 pub(super) const HEIGHT: f32 = 44.0;
 const BUTTON: [f32; 2] = [102.0, 32.0];
 /// Below this width, buttons show only their icons.

@@ -1,13 +1,13 @@
-//! Background work of a window on its own thread: the newest request is answered, and older ones
-//! are dropped.
+//! Background work of a window on its own thread: the newest request is answered, and older
+//! requests are dropped.
 //!
 //! In each frame, the window may send a request and poll for an answer; it never waits. A new
-//! request makes the current one *superseded*; long work checks for this regularly.
+//! request makes the current one *superseded*. Long work checks regularly whether it is superseded.
 
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
 
-/// A thread that answers `A` to questions `Q`.
+/// A thread that gives answers `A` to questions `Q`.
 pub(super) struct Behind<Q, A> {
     desk: Arc<Desk<Q, A>>,
     thread: Option<JoinHandle<()>>,
@@ -30,7 +30,7 @@ struct Slots<Q, A> {
 
 impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
     /// Starts the thread. `work` is called with each request, and may give several answers, each
-    /// better than the one before. `wake` is called after each.
+    /// better than the previous answer. `wake` is called after each answer.
     pub(super) fn new(
         wake: impl Fn() + Send + Sync + 'static,
         mut work: impl FnMut(Q, &Desk<Q, A>) + Send + 'static,
@@ -48,7 +48,7 @@ impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
         Self { desk, thread: thread.ok() }
     }
 
-    /// Sends a request, which replaces an earlier one.
+    /// Sends a request, which replaces an earlier request.
     pub(super) fn ask(&self, question: Q) {
         if let Ok(mut slots) = self.desk.slots.lock() {
             slots.question = Some(question);
@@ -129,7 +129,7 @@ mod tests {
                 let _ = woken.send(());
             },
             |question: u32, desk: &Desk<u32, u32>| {
-                // The job works on the first request until there is another one.
+                // The job works on the first request until there is another request.
                 while question == 1 && !desk.is_superseded() {
                     std::thread::yield_now();
                 }

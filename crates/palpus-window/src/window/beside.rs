@@ -1,5 +1,5 @@
 //! A comparison with other settings on the same hand: two engines get the device's poses, and the
-//! device gets the wrench of one of them.
+//! device gets the wrench of one engine.
 
 use eframe::egui::{Align2, FontId, Rect, Stroke, Ui, pos2, vec2};
 use palpus::render::Settings;
@@ -12,7 +12,7 @@ use super::view3d::colour;
 use crate::scene::Scene;
 use crate::style::Style;
 
-/// Points.
+/// Lengths, points.
 const LETTERS: f32 = 15.0;
 const MARGIN: f32 = 12.0;
 

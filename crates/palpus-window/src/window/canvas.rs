@@ -1,5 +1,5 @@
-//! The picture into which bodies are drawn before it is copied to the window. It has several
-//! samples in each pixel, so that edges are smooth.
+//! The picture into which bodies are drawn before it is copied to the window. The picture has
+//! several samples in each pixel, so that edges are smooth.
 //!
 //! Several samples are cheap on a graphics card and expensive with software rendering. A canvas
 //! starts with [`SAMPLES`]. If frames then take longer than [`SLOW`], bodies are drawn into the
@@ -14,9 +14,9 @@ use super::shader::compiled;
 
 /// Samples in each pixel.
 const SAMPLES: i32 = 4;
-/// If frames take longer than this, each pixel gets one sample.
+/// Frame time above which each pixel gets one sample.
 const SLOW: Duration = Duration::from_millis(36);
-/// Number of frames for this measurement.
+/// Number of frames for which this time is measured.
 const FRAMES: u32 = 24;
 
 /// A picture for the graphics library, as large as its part of the window.
@@ -47,7 +47,7 @@ impl Canvas {
     /// # Safety
     /// The context is current.
     pub(super) unsafe fn new(gl: &glow::Context) -> Result<Self, String> {
-        // SAFETY: the caller's.
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
             let most = gl.get_parameter_i32(glow::MAX_SAMPLES);
             let program = compiled(gl, [VERTEX, FRAGMENT], "", &[])?;
@@ -56,14 +56,14 @@ impl Canvas {
         }
     }
 
-    /// Samples in each pixel.
+    /// Returns the number of samples in each pixel.
     pub(super) fn samples(&self) -> i32 {
         self.samples.max(1)
     }
 
-    /// Lets `draw` fill a canvas of `size` pixels, and copies it into the window's `viewport`. With
-    /// one sample, or if there is no canvas of this size, `draw` draws into the window. Its
-    /// argument is the first pixel (from the left, from below).
+    /// Lets `draw` fill a canvas of `size` pixels, and copies the canvas into the window's
+    /// `viewport`. With one sample, or if there is no canvas of this size, `draw` draws into the
+    /// window. `draw` gets the position of its first pixel (from the left, from below).
     ///
     /// # Safety
     ///
@@ -71,7 +71,8 @@ impl Canvas {
     pub(super) unsafe fn show(&mut self, gl: &glow::Context, viewport: [i32; 4], draw: impl FnOnce([i32; 2])) {
         self.count();
         let [left, below, width, height] = viewport;
-        // SAFETY: the caller's; all bindings are undone before the end.
+        // SAFETY: the context is current, as the caller promises; all bindings are undone before
+        // the end.
         unsafe {
             self.fit(gl, [width, height]);
             let Some(target) = &self.target else { return draw([left, below]) };
@@ -121,7 +122,7 @@ impl Canvas {
         if self.target.as_ref().map(|target| (target.size, target.samples)) == Some(wanted) {
             return;
         }
-        // SAFETY: the caller's.
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
             if let Some(target) = self.target.take() {
                 target.destroy(gl);
@@ -136,7 +137,7 @@ impl Canvas {
     /// # Safety
     /// The context is current.
     pub(super) unsafe fn destroy(&self, gl: &glow::Context) {
-        // SAFETY: the caller's.
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
             gl.delete_program(self.program);
             gl.delete_vertex_array(self.array);
@@ -152,7 +153,7 @@ impl Target {
     /// The context is current.
     unsafe fn new(gl: &glow::Context, size: [i32; 2], samples: i32) -> Result<Self, String> {
         let [width, height] = size;
-        // SAFETY: the caller's.
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
             let window = gl.get_parameter_framebuffer(glow::DRAW_FRAMEBUFFER_BINDING);
             let drawn = gl.create_framebuffer()?;
@@ -193,7 +194,7 @@ impl Target {
     /// # Safety
     /// The context is current.
     unsafe fn destroy(&self, gl: &glow::Context) {
-        // SAFETY: the caller's.
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
             gl.delete_framebuffer(self.drawn);
             gl.delete_framebuffer(self.resolved);

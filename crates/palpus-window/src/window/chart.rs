@@ -9,17 +9,17 @@ use crate::style::Colours;
 /// Selects the shown representation of force and torque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Their magnitudes.
+    /// Magnitudes of force and torque.
     #[default]
     Size,
-    /// Their components along the world's axes.
+    /// Components of force and torque along the world's axes.
     Parts,
-    /// The spectrum of their magnitudes in the newest second.
+    /// Spectrum of the magnitudes in the newest second.
     Spectrum,
 }
 
 impl Kind {
-    /// Returns the next one, cyclically.
+    /// Returns the next representation, cyclically.
     pub(super) fn next(self) -> Self {
         match self {
             Self::Size => Self::Parts,
@@ -81,7 +81,7 @@ pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) ->
             chart.series.extend(parts);
         } else {
             let [felt, compared] = size;
-            // The felt curve is drawn over the compared one.
+            // The felt curve is drawn over the compared curve.
             if let Some([own, other]) = names {
                 chart.names.push((own.to_owned(), felt.colour()));
                 chart.names.push((other.to_owned(), compared.colour()));
@@ -133,7 +133,7 @@ pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) ->
     vec![force, torque, time, contacts]
 }
 
-/// Formats a magnitude with its unit and, if there is one, the magnitude with other settings.
+/// Formats a magnitude with its unit and, during a comparison, the magnitude with other settings.
 fn pair(felt: Option<DVec3>, compared: Option<DVec3>, unit: &str, times: f64, figures: usize) -> String {
     let sizes: Vec<String> =
         [felt, compared].iter().flatten().map(|v| format!("{:.figures$}", v.length() * times)).collect();

@@ -1,12 +1,12 @@
-//! Reduces many values to few columns of pixels: each column shows the smallest and the largest of
-//! its values, so that no peak is lost.
+//! Reduces many values to few columns of pixels. Each column shows its smallest and its largest
+//! value, so that no peak is lost.
 
-/// Smallest and largest value in a column; `None` if it has no value yet.
+/// Smallest and largest value in a column; `None` if the column has no value yet.
 pub(super) type Column = Option<[f64; 2]>;
 
 /// Puts `values`, each with a position from 0 (left) to 1 (right) in ascending order, into `width`
-/// columns. Columns without a value repeat the previous one. Values that are not numbers are left
-/// out.
+/// columns. Columns without a value repeat the previous column. Values that are not numbers are
+/// left out.
 pub(super) fn columns(values: impl Iterator<Item = (f64, f64)>, width: usize) -> Vec<Column> {
     let mut columns: Vec<Column> = vec![None; width];
     let values = values.filter(|(place, value)| value.is_finite() && *place >= 0.0);
@@ -25,7 +25,7 @@ pub(super) fn columns(values: impl Iterator<Item = (f64, f64)>, width: usize) ->
     columns
 }
 
-/// Returns the smallest and the largest value of all columns, and of 0.
+/// Returns the smallest and the largest of all columns' values and 0.
 pub(super) fn extent(columns: &[Column]) -> [f64; 2] {
     columns.iter().flatten().fold([0.0, 0.0], |[low, high], range| [low.min(range[0]), high.max(range[1])])
 }

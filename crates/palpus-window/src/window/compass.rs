@@ -10,13 +10,13 @@ use crate::paint::round_length;
 use crate::scene::Scene;
 use crate::style::Style;
 
-/// Points: margin, length of an axis, approximate length of the scale, and size of the letters.
+/// Margin, length of an axis, approximate length of the scale, and size of the letters, points.
 const MARGIN: f32 = 16.0;
 const AXIS: f32 = 26.0;
 const SCALE: f64 = 110.0;
 const LETTERS: f32 = 12.5;
-/// An axis that appears shorter than this share of its length has no label, because it would
-/// overlap the others.
+/// An axis that appears shorter than this share of its length has no label, because its label would
+/// overlap the other labels.
 const SEEN: f32 = 0.25;
 
 /// Draws the axes and the scale.
@@ -29,7 +29,7 @@ pub(super) fn draw(ui: &Ui, area: &Area, camera: &Camera, scene: &Scene, style: 
     let [right, up, back] = camera.axes();
     let mut axes =
         [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)].into_iter().zip(colours.axes).collect::<Vec<_>>();
-    // Axes that point away are drawn first, so that the others cover them.
+    // Axes that point away are drawn first, so that the other axes cover them.
     axes.sort_by(|((_, one), _), ((_, other), _)| one.dot(back).total_cmp(&other.dot(back)));
     for ((name, axis), rgb) in axes {
         let way = vec2(axis.dot(right) as f32, -axis.dot(up) as f32) * AXIS;

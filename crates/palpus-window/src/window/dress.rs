@@ -1,6 +1,6 @@
 //! The theme of the window: text sizes, and colours of controls.
 //!
-//! Sizes are points with one pixel each. Ctrl with + and − scales everything. The values that
+//! Sizes are in points. A point is one pixel; Ctrl with + and − scales everything. The values that
 //! matter during a run (state, force, torque) are as large as a headline, so that they are legible
 //! from two metres.
 
@@ -12,7 +12,7 @@ use super::view3d::colour;
 use crate::picture::Rgb;
 use crate::style::Theme;
 
-/// Points.
+/// Lengths, points.
 const SMALL: f32 = 13.0;
 const BODY: f32 = 15.5;
 const HEADING: f32 = 18.0;
@@ -119,7 +119,7 @@ fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
         (&mut widgets.noninteractive, cloth.panel, cloth.line),
         (&mut widgets.inactive, cloth.control, cloth.control),
         (&mut widgets.hovered, cloth.hovered, cloth.faint),
-        // Pressed, or focused with Tab, which must be visible.
+        // Pressed controls, and the control with the keyboard focus, which must be visible.
         (&mut widgets.active, cloth.pressed, cloth.accent),
         (&mut widgets.open, cloth.pressed, cloth.line),
     ] {
@@ -134,22 +134,22 @@ fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
     visuals
 }
 
-/// Text that is legible from a distance.
+/// Returns text that is legible from a distance.
 pub(super) fn large(text: impl Into<String>) -> RichText {
     RichText::new(text).size(LARGE)
 }
 
-/// The font of [`large`].
+/// Returns the font of [`large`].
 pub(super) fn large_font() -> FontId {
     FontId::new(LARGE, FontFamily::Proportional)
 }
 
-/// Name of a larger item.
+/// Returns small text, such as the name of a larger item.
 pub(super) fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).small().weak()
 }
 
-/// A translucent colour with the opacity `part`.
+/// Returns a translucent colour with the opacity `part`.
 pub(super) fn thin(rgb: Rgb, part: f32) -> Color32 {
     colour(rgb).gamma_multiply(part)
 }

@@ -14,7 +14,7 @@ use super::quantity::{Fitting, Quantity};
 use super::run::{Preset, Run};
 use super::run_keys::Action;
 
-/// Points.
+/// Lengths, points.
 const SLIDER: f32 = 84.0;
 const CAPTION: f32 = 84.0;
 /// Default crease angle, degrees, and default coefficients.
@@ -22,7 +22,7 @@ const USUAL_CREASE: f64 = 40.0;
 const MOST_TURN: f64 = 45.0;
 const USUAL_FRICTION: (f64, f64) = (0.4, 0.3);
 
-/// Changes within this time count as one for undo.
+/// Changes within this time count as one change for undo.
 const ONE_CHANGE: Duration = Duration::from_millis(700);
 
 /// See the module's outline.
@@ -44,8 +44,8 @@ impl Feel {
         Self { presets, fitting, chosen: 0, kept: None, before: Vec::new() }
     }
 
-    /// Returns the settings that are compared with `now`, and the names of both: the kept settings,
-    /// else the paper's, or palpus's own if the paper's are felt.
+    /// Returns the names of both compared settings, and the settings to compare with `now`: the
+    /// kept settings, else the paper's, or palpus's own if the paper's are felt.
     pub(super) fn other(&self, now: &Settings) -> ([&'static str; 2], Settings) {
         let is_of =
             |preset: &Preset| Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == *now;
@@ -245,8 +245,8 @@ impl Feel {
         Ok(())
     }
 
-    /// Default value of a quantity: from palpus's own settings, or from the paper's for direct
-    /// rendering.
+    /// Returns the default value of a quantity: from palpus's own settings, or from the paper's for
+    /// direct rendering.
     fn usual(&self, quantity: Quantity, now: &Settings) -> Option<f64> {
         let alike = |preset: &&Preset| preset.settings.coupling.is_some() == now.coupling.is_some();
         quantity.get(&self.presets.iter().find(alike)?.settings)
@@ -286,7 +286,7 @@ impl Feel {
     }
 }
 
-/// Name of a row of choices.
+/// Writes the name of a row of choices.
 fn caption(ui: &mut Ui, words: &str) {
     let size = vec2(CAPTION, ui.spacing().interact_size.y);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
@@ -316,7 +316,7 @@ fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
     }
 }
 
-/// Inverse of [`rounded`].
+/// Reads a number that [`rounded`] has written.
 fn parsed(text: &str) -> Option<f64> {
     let text = text.trim();
     let (digits, factor) = match (text.strip_suffix('k'), text.strip_suffix('M')) {

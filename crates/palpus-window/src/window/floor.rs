@@ -1,6 +1,7 @@
 //! The ground below a scene, drawn with egui behind everything that the graphics library draws.
 //!
-//! All bodies are above the ground, so it needs no depth test. It is not drawn from below.
+//! All bodies are above the ground, so the ground needs no depth test. The ground is not drawn if
+//! the camera is below it.
 
 use eframe::egui::{Color32, Mesh, Painter, Pos2, Stroke, Ui, pos2};
 use glam::DVec3;
@@ -16,7 +17,7 @@ const PARTS: i32 = 16;
 const LINE: f64 = 0.17;
 const AXIS_LINE: f64 = 0.34;
 
-/// Weaker shade is not drawn.
+/// Shade below which nothing is drawn.
 const LEAST_SHADE: f64 = 2e-3;
 
 /// Draws the grid and the shadow.

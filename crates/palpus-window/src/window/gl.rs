@@ -6,11 +6,11 @@
 //!    sides of triangles are shown, separate corners are uploaded too, each with the number of its
 //!    opposite side.
 //! 2. In each frame, opaque bodies are drawn first, then the inner and the outer sides of
-//!    translucent ones, then marks: first the hidden parts of marks in a paler colour, then the
-//!    visible ones.
+//!    translucent bodies, and then the marks. Hidden parts of marks are drawn in a paler colour,
+//!    before the visible parts.
 //!
-//! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`,
-//! so that `f32` is precise enough there.
+//! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`.
+//! In this frame, `f32` is precise enough.
 #![allow(unsafe_code)] // This file and `shader` talk to the graphics library; every call is glow's, on the thread that owns the context.
 
 mod drawing;
@@ -29,7 +29,7 @@ use crate::xray::XRay;
 use drawing::{BodyPart, CORNER, apart_corners, shared_corners};
 pub(crate) use drawing::{Drawing, DrawnBody, projection, view};
 
-/// Parts of the names of software renderers.
+/// Texts that only names of software renderers contain.
 const PROCESSORS: [&str; 3] = ["llvmpipe", "softpipe", "SwiftShader"];
 /// Largest number of triangles of a body with software rendering. Larger bodies are simplified
 /// ([`Solid::coarse`]).
@@ -115,12 +115,12 @@ impl Artist {
         }
     }
 
-    /// Samples in each pixel.
+    /// Returns the number of samples in each pixel.
     pub(crate) fn samples(&self) -> i32 {
         self.canvas.as_ref().map_or(1, Canvas::samples)
     }
 
-    /// Number of triangles of all bodies as drawn.
+    /// Returns the number of triangles of all bodies as drawn.
     pub(crate) fn triangles(&self) -> usize {
         self.solids.iter().map(|held| held.solid.triangles.len()).sum()
     }
@@ -128,15 +128,15 @@ impl Artist {
     /// Draws into the window's `viewport` (left, below, width, height; pixels).
     pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing, viewport: [i32; 4]) {
         let Some(mut canvas) = self.canvas.take() else { return };
-        // SAFETY: as in `new`.
+        // SAFETY: the context is current, as egui's callbacks promise.
         unsafe { canvas.show(gl, viewport, |first| self.draw_from(gl, drawing, first)) };
         self.canvas = Some(canvas);
     }
 
     /// Draws into the current viewport and scissor rectangle, which begin at pixel `first`.
     fn draw_from(&mut self, gl: &glow::Context, drawing: &Drawing, first: [i32; 2]) {
-        // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their
-        // counts say.
+        // SAFETY: the context is current, as egui's callbacks promise. The objects belong to this
+        // context, and buffers are as long as their counts say.
         unsafe {
             gl.use_program(Some(self.program));
             gl.disable(glow::BLEND);
@@ -189,7 +189,7 @@ impl Artist {
                 gl.uniform_2_f32(self.uniforms.glass.as_ref(), covered, covered);
                 self.marks.draw(gl);
             }
-            // As egui expects it.
+            // egui expects this state.
             gl.depth_mask(true);
             gl.depth_func(glow::LESS);
             gl.disable(glow::DEPTH_TEST);
@@ -208,7 +208,7 @@ impl Artist {
         let Some(held) = self.solids.get_mut(body.solid).filter(|held| body.wireframe && held.apart.is_none()) else {
             return;
         };
-        // SAFETY: the caller's.
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
             if let Ok(mut apart) = Held::new(gl) {
                 apart.upload(gl, &apart_corners(&held.solid, lightness), glow::STATIC_DRAW);
@@ -224,7 +224,7 @@ impl Artist {
         let colour = linear(body.colour).as_vec3();
         let is_glass = part != BodyPart::Solid;
         let (square, along) = body.glass.filter(|_| is_glass).unwrap_or((1.0, 1.0));
-        // SAFETY: the caller's.
+        // SAFETY: the context and the program are ready, as the caller promises.
         unsafe {
             self.matrix(gl, &self.uniforms.model_view, &body.model_view);
             let own = if body.pieces { 0.0 } else { 1.0 };
@@ -248,7 +248,7 @@ impl Artist {
             }
             sizes[2 * k..][..2].copy_from_slice(&[xray.radius as f32, xray.reach as f32]);
         }
-        // SAFETY: the caller's.
+        // SAFETY: the context and the program are ready, as the caller promises.
         unsafe {
             gl.uniform_3_f32_slice(self.uniforms.ends.as_ref(), &ends);
             gl.uniform_2_f32_slice(self.uniforms.sizes.as_ref(), &sizes);
@@ -264,7 +264,7 @@ impl Artist {
         let bounds = xrays.iter().take(XRAYS).map(XRay::bounds);
         let Some([low, high]) = bounds.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]) else { return };
         let whole = [low.floor(), high.ceil()].map(|place| [place.x as i32 + first[0], place.y as i32 + first[1]]);
-        // SAFETY: the caller's.
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
             let (is_bounded, mut before) = (gl.is_enabled(glow::SCISSOR_TEST), [0; 4]);
             gl.get_parameter_i32_slice(glow::SCISSOR_BOX, &mut before);
@@ -288,13 +288,14 @@ impl Artist {
     /// # Safety
     /// The context is current and the program in use.
     unsafe fn matrix(&self, gl: &glow::Context, at: &Option<glow::UniformLocation>, matrix: &DMat4) {
-        // SAFETY: the caller's.
+        // SAFETY: the context and the program are ready, as the caller promises.
         unsafe { gl.uniform_matrix_4_f32_slice(at.as_ref(), false, &matrix.as_mat4().to_cols_array()) };
     }
 
     /// Releases all objects of the graphics library.
     pub(crate) fn destroy(&self, gl: &glow::Context) {
-        // SAFETY: as in `new`; nothing is drawn any more.
+        // SAFETY: the context is current, as egui's callbacks promise, and nothing is drawn any
+        // more.
         unsafe {
             gl.delete_program(self.program);
             if let Some(canvas) = &self.canvas {
@@ -314,7 +315,7 @@ impl Held {
     /// # Safety
     /// The context is current.
     unsafe fn new(gl: &glow::Context) -> Result<Self, String> {
-        // SAFETY: the caller's; the pointers lie within a corner.
+        // SAFETY: the context is current, as the caller promises; the pointers lie within a corner.
         unsafe {
             let array = gl.create_vertex_array()?;
             let buffer = gl.create_buffer()?;
@@ -334,7 +335,7 @@ impl Held {
     /// The context is current.
     unsafe fn upload(&mut self, gl: &glow::Context, corners: &[f32], usage: u32) {
         let bytes: Vec<u8> = corners.iter().flat_map(|part| part.to_ne_bytes()).collect();
-        // SAFETY: the caller's.
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
             gl.bind_buffer(glow::ARRAY_BUFFER, Some(self.buffer));
             gl.buffer_data_u8_slice(glow::ARRAY_BUFFER, &bytes, usage);
@@ -350,7 +351,8 @@ impl Held {
     /// The context is current.
     unsafe fn share(&mut self, gl: &glow::Context, order: &[u32]) -> Result<(), String> {
         let bytes: Vec<u8> = order.iter().flat_map(|number| number.to_ne_bytes()).collect();
-        // SAFETY: the caller's; the numbers are of corners that were uploaded.
+        // SAFETY: the context is current, as the caller promises; the indices are of uploaded
+        // corners.
         unsafe {
             let buffer = gl.create_buffer()?;
             gl.bind_vertex_array(Some(self.array));
@@ -366,7 +368,7 @@ impl Held {
     /// # Safety
     /// The context is current and a program in use.
     unsafe fn draw(&self, gl: &glow::Context) {
-        // SAFETY: the caller's.
+        // SAFETY: the context and the program are ready, as the caller promises.
         unsafe {
             gl.bind_vertex_array(Some(self.array));
             match self.order {

@@ -1,16 +1,16 @@
 //! The hand in the window: mouse, keys and a SpaceMouse move the target pose at which the simulated
 //! hand holds the probe.
 //!
-//! 1. *Mouse*: a drag that starts on the probe moves it in the view's plane. The wheel moves it
-//!    nearer and farther. With the right button, Shift or Alt, the drag turns the probe about the
-//!    grabbed point; with Ctrl it rolls the probe.
-//! 2. *Keys*: arrows, PageUp and PageDown move along the view's axes; with Ctrl they turn about
-//!    them.
+//! 1. *Mouse*: a drag that starts on the probe moves the probe in the view's plane. The wheel moves
+//!    the probe nearer and farther. With the right button, Shift or Alt, the drag turns the probe
+//!    about the grabbed point; with Ctrl it rolls the probe.
+//! 2. *Keys*: arrows, PageUp and PageDown move the probe along the view's axes; with Ctrl they turn
+//!    it about these axes.
 //! 3. *SpaceMouse*: moves along and about the view's axes, with a speed that follows from the push.
 //!
-//! The first of these takes the probe over from the script at the device's pose. When the mouse
-//! releases the probe, the hand releases it too, so no force remains. A few seconds later the
-//! script takes the probe again. A probe that was moved by keys or a SpaceMouse stays in place
+//! The first use of any of these takes the probe over from the script, at the device's pose. When
+//! the mouse releases the probe, the hand releases it too, so no force remains. A few seconds later
+//! the script takes the probe again. A probe that was moved by keys or a SpaceMouse stays in place
 //! until the user returns it to the script. The probe follows its target through springs, so
 //! obstacles stop it. The drawn spring goes from the probe to its target.
 
@@ -41,13 +41,14 @@ const KEY_TURN: f64 = 0.9;
 const SLOWLY: f64 = 0.2;
 /// Longest time for which a key acts in one frame, s.
 const LONGEST_FRAME: f64 = 0.1;
-/// The drawn spring: number of points, points for each coil, and shares of the whole.
+/// The drawn spring: half width and length of a coil (points), range of the number of coils,
+/// share of each straight end, and corners of a coil.
 const COIL: f32 = 4.0;
 const COIL_LENGTH: f32 = 8.0;
 const COILS: (f32, f32) = (2.0, 12.0);
 const ENDS: f32 = 0.12;
 const POINTS_OF_COIL: usize = 12;
-/// Shorter springs are not drawn, points.
+/// Length below which the spring is not drawn, points.
 const LEAST_SPRING: f32 = 12.0;
 
 /// See the module's outline.
@@ -110,8 +111,8 @@ impl Hand {
     }
 
     /// Moves the held probe by mouse, keys and SpaceMouse. Returns true if the mouse moves the hand
-    /// and not the camera in this frame. `keys`: the arrow keys move the hand, not a control.
-    /// `handles`: request of the handles, if they use the mouse.
+    /// and not the camera in this frame. `keys`: true if the arrow keys move the hand, and not a
+    /// control. `handles`: request of the handles, if they use the mouse.
     #[expect(clippy::too_many_arguments, reason = "the parts of a frame, each of another kind")]
     pub(super) fn act(
         &mut self,
@@ -201,7 +202,7 @@ impl Hand {
         true
     }
 
-    /// The mouse releases the probe.
+    /// Lets the hand release the probe after the mouse has released it.
     fn let_go(&mut self) {
         self.grabbed = None;
         self.released = Some(Instant::now());
@@ -291,7 +292,7 @@ fn by_keys(ui: &egui::Ui, area: &Area, view: &View3d, frame: f64) -> Option<Moti
     let [right, up, back] = view.camera().axes();
     let frame = if modifiers.shift { frame * SLOWLY } else { frame };
     if modifiers.ctrl {
-        // Turns as if the near side were pushed in this direction.
+        // Turns the probe as if its near side were pushed in this direction.
         let axis = right * -along.y + up * along.x - back * along.z;
         return Some(Motion { linear: DVec3::ZERO, turn: DQuat::from_scaled_axis(axis * KEY_TURN * frame) });
     }
@@ -344,7 +345,7 @@ mod tests {
         hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
         hand.let_go();
         assert!(hand.guide == Guide::Released && hand.holds(), "the script must not hold the probe either");
-        // Taken again, the probe starts at the device's new pose.
+        // When the hand takes the probe again, the probe starts at the device's new pose.
         hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::IDENTITY });
         assert_eq!(hand.held().expect("the hand holds the probe").translation, DVec3::new(2.0, 2.0, 3.0));
     }

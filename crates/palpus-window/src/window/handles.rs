@@ -14,10 +14,10 @@ use super::hand::Motion;
 use super::view3d::{Area, View3d, colour};
 use crate::style::Style;
 
-/// Points: the length of an arrow, and the distance from a handle within which the mouse grabs it.
+/// Length of an arrow, and distance from a handle within which the mouse grabs it, points.
 const LENGTH: f64 = 78.0;
 const REACH: f32 = 7.0;
-/// Relative to the length: the start of an arrow, and the radius of a ring.
+/// Start of an arrow, and radius of a ring, relative to the length of an arrow.
 const BEGIN: f64 = 0.18;
 const RING: f64 = 0.72;
 const RING_POINTS: u32 = 48;
@@ -48,7 +48,7 @@ impl Moves {
         }
     }
 
-    /// Message about the mode.
+    /// Returns the message about the mode.
     pub(super) fn words(self) -> &'static str {
         match self {
             Self::Nothing => "no handles",
@@ -231,8 +231,8 @@ fn dragged(handle: Handle, area: &Area, view: &View3d, pivot: DVec3, at: Pos2, m
     along(to - from, moved).map(|steps| f64::from(steps) * amount)
 }
 
-/// Returns how many units with the screen motion `step` are in the motion `moved` along it; `None`
-/// if `step` is not visible.
+/// Returns the part of the motion `moved` along `step`, in units of `step` (both on the screen);
+/// `None` if `step` is not visible.
 fn along(step: Vec2, moved: Vec2) -> Option<f32> {
     let square = step.length_sq();
     (square > 0.01).then(|| step.dot(moved) / square)

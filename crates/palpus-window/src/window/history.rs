@@ -7,10 +7,10 @@ use crate::moment::Moment;
 
 /// Time span of the plots, s.
 pub(crate) const SPAN: f64 = 10.0;
-/// Largest number of kept moments: those of the span at the fastest frame rate.
+/// Largest number of kept moments: enough for the time span at the fastest frame rate.
 const MOST_MOMENTS: usize = 700;
 
-/// State of contact: D and P of the paper's Figure 5.
+/// State of contact: free, or disjoint (D) or penetrating (P) as in the paper's Figure 5.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum State {
     /// No contact.
@@ -44,14 +44,14 @@ pub(crate) struct Interval {
 #[derive(Debug, Default)]
 pub(crate) struct History {
     ticks: VecDeque<SeenTick>,
-    /// These ticks, computed with other settings.
+    /// The same ticks, computed with other settings.
     compared: VecDeque<ComparedTick>,
     moments: VecDeque<Moment>,
 }
 
 impl History {
-    /// Adds a tick that is newer than all others, and removes old ticks. If it is older than the
-    /// last one, the history starts again.
+    /// Adds a tick that is newer than all others, and removes old ticks. If the tick is older than
+    /// the last tick, the history starts again.
     pub(crate) fn push(&mut self, tick: SeenTick) {
         if self.ticks.back().is_some_and(|last| last.time >= tick.time) {
             self.clear();
@@ -81,7 +81,7 @@ impl History {
         }
     }
 
-    /// Time of the newest tick, s.
+    /// Returns the time of the newest tick, s.
     pub(crate) fn end(&self) -> f64 {
         self.ticks.back().map_or(0.0, |tick| tick.time)
     }
@@ -106,13 +106,13 @@ impl History {
         self.compared.iter()
     }
 
-    /// Returns the first tick from `time` on, or the newest.
+    /// Returns the first tick from `time` on, or the newest tick.
     pub(crate) fn at(&self, time: Option<f64>) -> Option<&SeenTick> {
         let found = time.and_then(|time| self.ticks.get(self.ticks.partition_point(|tick| tick.time < time)));
         found.or(self.ticks.back())
     }
 
-    /// Returns the compared tick for the same time.
+    /// Returns the first compared tick from `time` on, or the newest compared tick.
     pub(crate) fn compared_at(&self, time: Option<f64>) -> Option<&ComparedTick> {
         let found = time.and_then(|time| self.compared.get(self.compared.partition_point(|tick| tick.time < time)));
         found.or(self.compared.back())

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Atom, Button, Color32, Rect, Response, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 
-/// Points.
+/// Length, points.
 const SIZE: f32 = 13.0;
 
 /// Icons in front of a button's text.
@@ -17,7 +17,7 @@ pub(super) enum Icon {
     Open,
 }
 
-/// A button with an icon in the colour `ink`.
+/// Draws a button with an icon in the colour `ink`.
 pub(super) fn button(ui: &mut Ui, icon: Icon, words: &str, is_on: bool, ink: Color32, size: [f32; 2]) -> Response {
     let picture = Atom::paint(vec2(SIZE, SIZE), move |ui, place| draw(ui, icon, place.rect, ink));
     ui.add(Button::selectable(is_on, (picture, words)).frame_when_inactive(true).min_size(size.into()))

@@ -27,13 +27,13 @@ use crate::moment::Moment;
 use crate::scene::Scene;
 use crate::style::{Style, Theme};
 
-/// Points.
+/// Lengths, points.
 const SIDE: f32 = 340.0;
 const STATE: f32 = 28.0;
-/// Narrower windows show the panel at the right only on request.
+/// Windows narrower than this show the panel at the right only on request.
 const ROOMY: f32 = 900.0;
 const PLOTS: f32 = 176.0;
-/// In a low window the plots are lower, so that the scene keeps its space.
+/// In windows lower than this, the plots are lower too, so that the scene keeps its space.
 const LOW: f32 = 760.0;
 const LOW_PLOTS: f32 = 132.0;
 const SIDE_MARGIN: i8 = 14;
@@ -72,7 +72,7 @@ pub(super) struct Interface<'a> {
     start: Option<String>,
     /// True if the message about a run without contact was shown.
     untouched: bool,
-    /// Position, world, m.
+    /// Translation of the probe to the place at which the force can begin, world, m.
     way_out: Option<DVec3>,
 }
 
@@ -118,7 +118,7 @@ impl<'a> Interface<'a> {
         })
     }
 
-    /// Step 1.
+    /// Takes the newest values (step 1).
     fn take_newest(&mut self, context: &egui::Context) {
         let loading = self.run.loading();
         if let Some((scene, moments)) = self.run.replaced() {
@@ -184,7 +184,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// The user selects another time, or other curves.
+    /// Selects the time or the curves that the user chose in the plots.
     fn ask_plots(&mut self, asked: Asked) {
         match asked {
             Asked::Nothing => {}
@@ -213,7 +213,7 @@ impl<'a> Interface<'a> {
         self.view.widen();
     }
 
-    /// Shows another scene, from the direction of the previous one.
+    /// Shows another scene, from the direction in which the camera looked before.
     fn replace(&mut self, mut scene: Scene, moments: Newest<Moment>) {
         for (k, body) in scene.bodies.iter_mut().enumerate() {
             body.colour = body.part.colour(self.style.theme);
@@ -234,7 +234,7 @@ impl<'a> Interface<'a> {
         self.notices.tell(format!("now: {}", self.scene.title));
     }
 
-    /// Step 2, and the requests of buttons.
+    /// Carries out an action of a key or a button (step 2).
     fn act(&mut self, context: &egui::Context, action: Action) {
         match action {
             Action::Pause => {
@@ -345,7 +345,7 @@ impl<'a> Interface<'a> {
         self.view.replace(&self.scene, &self.style);
     }
 
-    /// Step 3, at the right.
+    /// Draws the panel at the right (step 3).
     fn side(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         self.status.show(ui, self.run, self.style.theme);
         ui.separator();
@@ -353,7 +353,7 @@ impl<'a> Interface<'a> {
         self.notices.check(said);
     }
 
-    /// Position of the handles, world.
+    /// Returns the position of the handles, world.
     fn pivot(&self) -> DVec3 {
         match (self.handles.moves, self.scene.bodies.first()) {
             (Moves::Grip, Some(probe)) => probe.pose.point(self.run.settings().grip_a),
@@ -370,7 +370,8 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Step 3, in the middle. `is_free`: no control has the focus, and no dialog is open.
+    /// Draws the scene in the middle (step 3). `is_free`: no control has the focus, and no dialog
+    /// is open.
     fn middle(&mut self, ui: &mut Ui, is_free: bool, actions: &mut Vec<Action>) {
         let (area, other) = self.view.place_beside(ui, &self.scene, self.beside.is_some());
         self.view_id = Some(area.response.id);
@@ -428,7 +429,7 @@ impl<'a> Interface<'a> {
         if self.run.can_guide() && !self.was_taken && self.beside.is_none() && self.handles.moves == Moves::Nothing {
             overlay::hint(ui, &area, &self.view, &self.scene, &self.style);
         }
-        overlay::told(ui, area.rect, self.run, &self.notices);
+        overlay::messages(ui, area.rect, self.run, &self.notices);
         if ui.input(|input| !input.raw.hovered_files.is_empty()) {
             overlay::drop_here(ui, area.rect, &self.style);
         }

@@ -1,4 +1,5 @@
-//! Keys: which keys were pressed, which keys are the same in every window, and how `?` lists them.
+//! Keys: which keys were pressed, which keys have the same action in every window, and the list of
+//! `?`.
 //!
 //! Each window has a table of its own keys ([`super::run_keys`], [`super::player`],
 //! [`super::viewer`]) in addition to the table here. A table has both a key's action and its text
@@ -36,7 +37,7 @@ pub(super) const SCENE_KEYS: [(Key, SceneAction, &str, &str); 12] = [
     (Key::Questionmark, SceneAction::Keys, "?", "these keys"),
 ];
 
-/// Action of `key` in a window that shows a scene.
+/// Returns the action of `key` in a window that shows a scene.
 pub(super) fn of_scene(key: Key) -> Option<SceneAction> {
     SCENE_KEYS.iter().find(|known| known.0 == key).map(|known| known.1)
 }
@@ -85,12 +86,12 @@ pub(super) fn show(context: &egui::Context, is_shown: &mut bool, list: impl FnOn
     }
 }
 
-/// The space for a list.
+/// Returns the space for a list.
 pub(super) fn room(ui: &egui::Ui) -> egui::Vec2 {
     ui.ctx().content_rect().size() - egui::Vec2::splat(MARGIN)
 }
 
-/// Small text, so that the whole list is visible. It scrolls in windows that are too low.
+/// Writes small text, so that the whole list is visible. It scrolls in windows that are too low.
 pub(super) fn scrolled(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {
     let room = room(ui);
     let area = egui::ScrollArea::both().max_width(room.x).max_height(room.y);
@@ -125,7 +126,7 @@ pub(super) fn list<'a>(
     });
 }
 
-/// The keys of every window, for the list.
+/// Returns the keys of every window, for the list.
 pub(super) fn scene_lines<'a>() -> impl Iterator<Item = (&'a str, &'a str)> {
     SCENE_KEYS.into_iter().map(|(_, _, name, words)| (name, words))
 }
@@ -151,7 +152,7 @@ pub(super) fn grid<'a>(
 }
 
 /// Draws buttons for actions that the mouse cannot do otherwise; returns the action of a pressed
-/// one.
+/// button.
 pub(super) fn buttons(ui: &mut egui::Ui) -> Option<SceneAction> {
     let mut asked = None;
     ui.horizontal_wrapped(|ui| {

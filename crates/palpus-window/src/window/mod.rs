@@ -1,8 +1,8 @@
 //! The window of a run.
 //!
-//! It reads the newest values that the servo thread has published ([`palpus_device::Newest`]), and
-//! sends requests through a [`Run`]; the loop never waits for it. One function builds the
-//! interface, once in each frame:
+//! The window reads the newest values that the servo thread has published
+//! ([`palpus_device::Newest`]), and sends requests through a [`Run`]; the loop never waits for the
+//! window. One function builds the interface, once in each frame:
 //!
 //! 1. take the newest moment and numbers, and store the numbers for the plots;
 //! 2. handle keys, which have the same actions as buttons;
@@ -10,7 +10,8 @@
 //!    settings, at the bottom the plots, and in the middle the scene, in which the mouse moves the
 //!    probe or the camera.
 //!
-//! If a machine has no display, or its graphics library is missing or too old, the error says so.
+//! If a machine has no display, or its graphics library is missing or too old, an error names the
+//! reason.
 
 mod backdrop;
 mod bar;

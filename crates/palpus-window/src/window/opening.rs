@@ -13,7 +13,7 @@ use super::dress::small;
 use super::run::{MeshFile, Run, Wanted};
 use super::slot::{Content, Slot};
 
-/// Points.
+/// Lengths, points.
 const WIDTH: f32 = 740.0;
 const MARGIN: f32 = 70.0;
 const SCENES_HEIGHT: f32 = 230.0;
@@ -47,8 +47,8 @@ impl Opening {
         *(if is_free { &mut self.probe } else { &mut self.environment }) = Slot::new(Some(path));
     }
 
-    /// Draws the dialog. Returns true while it stays open. The error is the run's message about the
-    /// choice.
+    /// Draws the dialog. Returns true while the dialog stays open. The error is the run's message
+    /// about the choice.
     pub(super) fn show(&mut self, context: &Context, run: &mut dyn Run) -> Result<bool, String> {
         self.probe.look(run);
         self.environment.look(run);
@@ -83,7 +83,7 @@ impl Opening {
         Ok(!(cancelled || modal.should_close()))
     }
 
-    /// Steps 1 and 2.
+    /// Draws both slots and starts the preparation (steps 1 and 2).
     fn files(&mut self, ui: &mut Ui, wanted: &mut Option<Wanted>) {
         ui.label(RichText::new("Probe").strong());
         let hint = "a mesh (.obj, .stl, .ply, .glb …), or a scene file (.toml)";
@@ -161,8 +161,8 @@ fn chosen(probe: Content, environment: Content) -> Chosen {
     }
 }
 
-/// Text for a file: its name, and for a scene file also its folder, because many are called
-/// `scene.toml`.
+/// Returns the text for a file: its name, and for a scene file also its folder, because many are
+/// called `scene.toml`.
 fn short(file: &Path) -> String {
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let is_scene = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));

@@ -17,7 +17,7 @@ use crate::style::{Colours, Style};
 /// Time for which a message and an error stay visible.
 const TOLD: Duration = Duration::from_secs(6);
 const TOLD_ERROR: Duration = Duration::from_secs(15);
-/// Points.
+/// Lengths, points.
 const MARGIN: f32 = 14.0;
 const LINE: f32 = 21.0;
 const LETTERS: f32 = 14.5;
@@ -25,7 +25,7 @@ const LETTERS: f32 = 14.5;
 const LEAST_LINES: f32 = 10.0;
 const LEAST_WIDTH: f32 = 460.0;
 const PROGRESS: f32 = 420.0;
-/// Lower pictures have smaller notices, so that the scene stays visible.
+/// Height below which a picture has smaller notices, so that the scene stays visible, points.
 const LOW: f32 = 360.0;
 const LEAST_ARROW: f32 = 36.0;
 
@@ -78,7 +78,7 @@ pub(super) fn way_out(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, way: D
     ui.painter_at(area.rect).arrow(tail, arrow, Stroke::new(2.5, colour(ink)));
 }
 
-/// Bottom left: the legend.
+/// Draws the legend at the bottom left.
 pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
     let colours = style.theme.colours();
     let lines = meanings(scene, style, &colours);
@@ -93,7 +93,7 @@ pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
     let width = words.iter().map(|words| words.size().x).fold(0.0, f32::max);
     let size = vec2(20.0 + width, LINE * lines.len() as f32);
     let at = Rect::from_min_size(pos2(rect.left() + MARGIN, rect.bottom() - MARGIN - size.y), size);
-    // A background plate, so that the text is legible over a body.
+    // The background plate makes the text legible over a body.
     painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.55));
     for (k, ((rgb, _), words)) in lines.iter().zip(words).enumerate() {
         let y = at.top() + LINE * (k as f32 + 0.5);
@@ -105,7 +105,7 @@ pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
 fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
     let body = |k: usize| scene.bodies.get(k).map(|body| body.colour);
     let mut lines = Vec::new();
-    // All probes have one colour, and so have all objects.
+    // All probes have the same colour, and all objects have the same colour.
     let more = scene.bodies.iter().skip(2).map(|body| body.colour);
     let has_probes = more.clone().any(|rgb| Some(rgb) == body(0));
     lines.extend(body(0).map(|rgb| (rgb, if has_probes { "probes" } else { "probe" })));
@@ -129,7 +129,7 @@ fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
     lines
 }
 
-/// Top left: what moves the probe, and how to change this.
+/// Shows at the top left what moves the probe, and how to change this.
 pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, actions: &mut Vec<Action>) {
     let place = Rect::from_min_max(rect.min + vec2(MARGIN, MARGIN), pos2(rect.right() - MARGIN, rect.top() + 90.0));
     let mut ui = ui.new_child(UiBuilder::new().max_rect(place));
@@ -146,8 +146,8 @@ pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, act
     }
 }
 
-/// Draws a hint on the probe that the mouse can drag it, until the user has done so once. The hint
-/// is at the side of the probe, because the arrow of the force mostly points up.
+/// Draws a hint on the probe that the mouse can drag it, until the user has dragged it once. The
+/// hint is at the side of the probe, because the arrow of the force mostly points up.
 pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style) {
     let Some(probe) = scene.bodies.first() else { return };
     let vertices = &probe.solid.vertices;
@@ -161,7 +161,7 @@ pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &S
     let words = painter.layout_no_wrap(HINT.to_owned(), FontId::proportional(LETTERS), colour(colours.ink));
     let frame = words.size() + vec2(16.0, 8.0);
     let room = area.rect.shrink(4.0);
-    // At the right if there is no space at the left.
+    // The hint is at the right if there is no space at the left.
     let is_left = left.x - POINTER - frame.x > room.left();
     let (tip, side, align) =
         if is_left { (left, -1.0, Align2::RIGHT_CENTER) } else { (right, 1.0, Align2::LEFT_CENTER) };
@@ -185,7 +185,7 @@ const MOST_HINTED: usize = 3000;
 const HINT: &str = "drag me";
 
 /// Draws progress and messages, at the bottom in the middle.
-pub(super) fn told(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
+pub(super) fn messages(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
     let mut bottom = rect.bottom() - MARGIN;
     if let Some((words, is_error)) = notices.now() {
         let ink = if is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
@@ -221,7 +221,7 @@ fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) ->
     response.response.rect.height()
 }
 
-/// Drawn on top while a file is dragged over the window.
+/// Draws a message on top while a file is dragged over the window.
 pub(super) fn drop_here(ui: &Ui, rect: Rect, style: &Style) {
     let colours = style.theme.colours();
     let painter = ui.painter_at(rect);

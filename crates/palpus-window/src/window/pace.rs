@@ -1,5 +1,5 @@
-//! Computes the waiting time of a window between two frames, so that the frame rate is steady
-//! whatever the drawing takes.
+//! Computes the waiting time of a window between two frames. The frame rate is then steady, however
+//! long the drawing takes.
 
 use std::time::{Duration, Instant};
 

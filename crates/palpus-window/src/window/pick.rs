@@ -8,9 +8,8 @@ use crate::scene::{Scene, ShownBody};
 use crate::solid::Solid;
 
 /// Returns the point of the probe under `ray`, in the probe's frame: the nearest point on its
-/// triangles or, for thin parts, a corner close to the ray. `None` if a body through which the
-/// probe is not visible is nearer. `metres` returns the largest distance from the ray at a point of
-/// the world.
+/// triangles or, for thin parts, a corner close to the ray. `None` if an opaque body hides this
+/// point. `metres` returns the largest distance from the ray at a point of the world.
 pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) -> Option<DVec3> {
     let probe = scene.bodies.first()?;
     let local = ray.within(&probe.pose);
@@ -26,7 +25,7 @@ pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) 
 }
 
 impl Ray {
-    /// The ray in the frame of a body at this pose.
+    /// Returns the ray in the frame of a body at this pose.
     fn within(&self, pose: &Pose) -> Self {
         let inverse = pose.inverse();
         Self { origin: inverse.point(self.origin), direction: inverse.vector(self.direction) }
@@ -37,7 +36,7 @@ impl Ray {
     }
 }
 
-/// Distance along the ray at which the solid begins.
+/// Returns the distance along the ray at which the solid begins.
 fn first_hit(solid: &Solid, ray: &Ray) -> Option<f64> {
     let of = |triangle: &[u32; 3]| hit(triangle.map(|v| solid.vertices[v as usize]), ray);
     solid.triangles.iter().filter_map(of).min_by(f64::total_cmp)
@@ -59,8 +58,8 @@ fn hit([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<f64> {
     (along_u >= 0.0 && along_v >= 0.0 && along_u + along_v <= 1.0 && distance > 0.0).then_some(distance)
 }
 
-/// Returns the nearest corner to the camera, which is the visible one, among the corners within
-/// reach of the ray.
+/// Returns the corner nearest to the camera, which is visible, among the corners within reach of
+/// the ray.
 fn nearly(solid: &Solid, ray: &Ray, reach: impl Fn(DVec3) -> f64) -> Option<(f64, DVec3)> {
     let along = |point: &DVec3| ((*point - ray.origin).dot(ray.direction), *point);
     let is_near =

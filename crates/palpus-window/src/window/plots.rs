@@ -16,14 +16,14 @@ use super::spectrum::{LENGTH, amplitudes};
 use super::view3d::colour;
 use crate::style::{Colours, Theme};
 
-/// Points.
+/// Lengths, points.
 const HEAD: f32 = 34.0;
 const MARGIN: f32 = 10.0;
 const SCALE: f32 = 11.5;
 const TITLE: f32 = 14.0;
 const VALUE: f32 = 17.0;
 const LEAST_VALUE: f32 = 13.5;
-/// In narrower windows, the charts of times and contacts are left out.
+/// If a chart would be narrower than this, the charts of times and contacts are left out.
 const NARROW: f32 = 130.0;
 /// Opacity of the state's colour behind the curves.
 const STATE: f32 = 0.13;
@@ -91,7 +91,7 @@ struct Seen<'a> {
     intervals: &'a [Interval],
     /// Time at the right edge, s.
     end: f64,
-    /// Shown time span, s.
+    /// Selected time in the past, s.
     cursor: Option<f64>,
     colours: Colours,
 }
@@ -170,7 +170,7 @@ impl Seen<'_> {
         self.draw(painter, field, chart, &shown, lines);
     }
 
-    /// Ticks per second.
+    /// Returns the number of ticks per second.
     fn rate(&self) -> f64 {
         let mut ticks = self.history.ticks();
         let (first, second) = (ticks.next(), ticks.next());
@@ -249,7 +249,7 @@ impl Seen<'_> {
     }
 }
 
-/// Rounds up to the next of 1, 2, 5, 10, 20, 50 …
+/// Rounds up to the next of 1, 2, 5, 10, 20, 50, ….
 fn round_up(value: f64) -> f64 {
     let ten = 10f64.powf(value.log10().floor());
     let step = [1.0, 2.0, 5.0].into_iter().find(|step| step * ten >= value * (1.0 - 1e-9));

@@ -1,8 +1,8 @@
-//! The sliders: units, ranges, and settings that change together.
+//! The sliders: their units, their ranges, and settings that change together.
 //!
 //! The ranges follow from the settings that fit the device. A coupling is stable up to about twice
-//! the stiffness that palpus chooses (see [`palpus::render::VirtualCoupling`]), and without a
-//! coupling the same is true for the contact stiffness. The sliders end there. Behind a coupling
+//! the stiffness that palpus chooses (see [`palpus::render::VirtualCoupling`]). Without a coupling,
+//! the contact stiffness has this limit instead. The sliders end at this limit. Behind a coupling
 //! the contact stiffness is not felt and may be much larger.
 
 use palpus::render::Settings;
@@ -41,8 +41,8 @@ pub(super) struct Fitting {
 
 /// Sliders end at this multiple of the fitting value.
 const QUIET: f64 = 2.0;
-/// Smallest offered share of the fitting value: of a coupling, of contacts behind a coupling, of
-/// the tolerance.
+/// Smallest offered share of the fitting value: for a coupling, for contacts behind a coupling, and
+/// for the tolerance.
 const LOOSEST: f64 = 0.05;
 const SOFTEST: f64 = 0.02;
 const FINEST: f64 = 0.1;
@@ -50,7 +50,7 @@ const FINEST: f64 = 0.1;
 const COARSEST: f64 = 5.0;
 /// Range of the contact stiffness without a coupling, N/m.
 const SOFTEST_DIRECT: f64 = 50.0;
-/// Largest coefficient of friction: rubber on dry stone has about one.
+/// Largest coefficient of friction: rubber on dry stone has about 1.
 const MOST_FRICTION: f64 = 1.5;
 /// Largest crease angle, degrees: above it, no edge is a crease.
 const MOST_CREASE: f64 = 90.0;
@@ -59,7 +59,7 @@ const KEY_PART: f64 = 0.05;
 const KEY_FACTOR: f64 = 1.1;
 
 impl Fitting {
-    /// Returns the settings of the first presets of each kind; `now` without presets.
+    /// Returns the settings of the first preset of each kind; without presets, `now`.
     pub(super) fn of(presets: &[Preset], now: &Settings) -> Self {
         let all = || presets.iter().map(|preset| preset.settings).chain([*now]);
         let direct = all().find(|settings| settings.coupling.is_none());
@@ -192,7 +192,7 @@ impl Quantity {
         }
     }
 
-    /// The range on this device; it always includes `now`.
+    /// Returns the range on this device; it always includes `now`.
     pub(super) fn range(self, fitting: &Fitting, now: &Settings) -> Range {
         let logarithmic = |low, high| Range { low, high, logarithmic: true };
         let linear = |high| Range { low: 0.0, high, logarithmic: false };
@@ -231,7 +231,7 @@ impl Range {
     }
 }
 
-/// Keeps the ratio of tangential to normal stiffness.
+/// Sets the contact stiffness and keeps the ratio of tangential to normal stiffness.
 fn set_stiffness(settings: &mut Settings, stiffness: f64) {
     if let Some(friction) = &mut settings.friction {
         friction.tangential_stiffness *= stiffness / settings.stiffness;
@@ -239,8 +239,9 @@ fn set_stiffness(settings: &mut Settings, stiffness: f64) {
     settings.stiffness = stiffness;
 }
 
-/// With a coupling, contacts push from a share of the tolerance on, with a stiffness that reaches
-/// the device's largest force within this distance. Both therefore change with the tolerance.
+/// Sets the tolerance. With a coupling, contacts push from a share of the tolerance on, with a
+/// stiffness that reaches the device's largest force within this distance. The distance and the
+/// stiffness therefore change with the tolerance.
 fn set_tolerance(settings: &mut Settings, tolerance: f64) {
     let times = tolerance / settings.contact_tolerance;
     if let Some(coupling) = &mut settings.coupling {

@@ -1,9 +1,9 @@
 //! The interface between the window and the run.
 //!
 //! The window draws and sends requests; a [`Run`] answers. All calls come from the window's thread
-//! and return at once. Slow work (preparing a mesh) is done elsewhere and polled in each frame.
-//! Requests reach the servo loop as newest values, without waiting. Poses place the probe in the
-//! world.
+//! and return at once. Slow work (preparing a mesh) is done on other threads and polled in each
+//! frame. Requests reach the servo loop as newest values, without waiting. Poses place the probe in
+//! the world.
 
 use std::path::{Path, PathBuf};
 
@@ -18,11 +18,12 @@ use crate::scene::Scene;
 /// A run of the servo loop that the window shows and controls. See the module's description for
 /// threads and frames.
 pub trait Run {
-    /// The newest numbers. Ticks are counted from the beginning of the run; the count may start
-    /// again when the scene is replaced.
+    /// Returns the newest numbers. Ticks are counted from the beginning of the run; the count may
+    /// start again when the scene is replaced.
     fn numbers(&mut self) -> Numbers;
 
-    /// Every tick since the last call, oldest first. Ticks that exceeded the capacity are missing.
+    /// Passes every tick since the last call to `each`, oldest first. Ticks that exceeded the
+    /// capacity are missing.
     fn ticks(&mut self, each: &mut dyn FnMut(SeenTick));
 
     /// Starts a comparison: from now on, the same ticks are also computed with other settings, from
@@ -37,10 +38,10 @@ pub trait Run {
     /// their newest moment, if there is one.
     fn compared(&mut self, each: &mut dyn FnMut(ComparedTick)) -> Option<&Moment>;
 
-    /// The device, for its name, its limits and its workspace.
+    /// Returns the description of the device.
     fn device(&self) -> &DeviceSpec;
 
-    /// The engine's settings from the next tick on.
+    /// Returns the engine's settings from the next tick on.
     fn settings(&self) -> Settings;
 
     /// Changes the settings from the next tick on. Capacity and limits stay the same.
@@ -50,11 +51,11 @@ pub trait Run {
     /// Fails with a message if the settings are not valid; the run then keeps its old settings.
     fn set_settings(&mut self, settings: &Settings) -> Result<(), String>;
 
-    /// The settings as lines of a scene file.
+    /// Returns the settings as lines of a scene file.
     fn settings_as_toml(&self) -> String;
 
-    /// Presets: first palpus's own settings for this scene on this device, second the paper's, then
-    /// any others.
+    /// Returns the presets: first palpus's own settings for this scene on this device, second the
+    /// paper's, then any others.
     fn presets(&self) -> Vec<Preset>;
 
     /// True if the user may move the probe in the window: there is a simulated hand, and no real
@@ -63,22 +64,22 @@ pub trait Run {
 
     /// Sets the target pose of the probe (its mesh's frame, world), which the simulated hand
     /// approaches at the speed of a hand; or lets the hand release the probe, or return to its
-    /// script. Without a simulated hand this does nothing.
+    /// script. Without a simulated hand, this function does nothing.
     fn guide(&mut self, guide: Guide);
 
-    /// Called in every frame: whether the key for force is held.
+    /// Tells the run in every frame whether the key for force is held.
     fn hold(&mut self, held: bool);
 
-    /// Message about a probe that started inside the part, if it did.
+    /// Returns the message about a probe that started inside the part, if it did.
     fn start(&self) -> Option<String>;
 
-    /// Condition for the force to begin, if it is known.
+    /// Returns the condition for the force to begin, if it is known.
     fn waits_for(&self) -> Option<String>;
 
-    /// Reason for no contact so far, and a remedy, if the run is long enough.
+    /// Returns the reason for no contact so far, and a remedy, if the run is long enough.
     fn untouched(&mut self) -> Option<String>;
 
-    /// How far a SpaceMouse is pushed, if one can move the probe.
+    /// Returns the state of a SpaceMouse that can move the probe.
     fn cap(&mut self) -> Cap;
 
     /// Pauses the loop without force, or continues it.
@@ -91,7 +92,7 @@ pub trait Run {
     /// True while the loop is paused.
     fn is_paused(&self) -> bool;
 
-    /// During a pause: runs this many ticks, then pauses again.
+    /// Runs this many ticks during a pause, then pauses again.
     fn step(&mut self, ticks: u64);
 
     /// Starts a recording in its own file, or ends it.
@@ -101,23 +102,25 @@ pub trait Run {
     /// Fails with a message if the file cannot be written.
     fn record(&mut self, on: bool) -> Result<PathBuf, String>;
 
-    /// The file of the current recording, if there is one.
+    /// Returns the file of the current recording, if there is one.
     fn recording(&self) -> Option<PathBuf>;
 
-    /// Description of an error of the recording during the run.
+    /// Returns the error of the recording during the run, if there was one.
     fn recording_trouble(&self) -> Option<String>;
 
-    /// The built-in scenes: name and description.
+    /// Returns the built-in scenes: name and description.
     fn scenes(&self) -> Vec<(String, String)>;
 
     /// Returns the function that reads a file to find its kind. The window calls it on a separate
     /// thread.
     fn reader(&self) -> fn(&Path) -> Result<FileKind, String>;
 
-    /// Starts to prepare the next scene, while the loop goes on with the current one.
+    /// Starts to prepare the next scene, while the loop goes on with the current scene.
     ///
     /// # Errors
-    /// Fails with a description if it cannot start. Later failures come by [`Run::loading`].
+    ///
+    /// Fails with a description if the preparation cannot start. Later failures come by
+    /// [`Run::loading`].
     fn load(&mut self, wanted: Wanted) -> Result<(), String>;
 
     /// Restarts the scene with all bodies at their start poses, and with the probe at `at`, if
@@ -125,7 +128,7 @@ pub trait Run {
     ///
     /// # Errors
     ///
-    /// Fails as [`Run::load`].
+    /// Fails like [`Run::load`].
     fn restart(&mut self, at: Option<Start>) -> Result<(), String>;
 
     /// Saves the scene with the current settings in a new file that can be run.
@@ -135,13 +138,13 @@ pub trait Run {
     /// Fails with a message if the file cannot be written.
     fn save(&mut self) -> Result<PathBuf, String>;
 
-    /// Recently opened files, newest first.
+    /// Returns the recently opened files, newest first.
     fn recent(&self) -> Vec<PathBuf>;
 
-    /// Progress of the preparation. A failure is reported until the next [`Run::load`].
+    /// Returns the progress of the preparation. A failure is reported until the next [`Run::load`].
     fn loading(&mut self) -> Loading;
 
-    /// Returns the new scene and its moments, once after the new scene has replaced the old one.
+    /// Returns the new scene and its moments, once after the new scene has replaced the old scene.
     fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)>;
 
     /// True if the loop has ended by itself.
@@ -150,7 +153,7 @@ pub trait Run {
     /// True if the window closes when the loop has ended.
     fn closes_when_over(&self) -> bool;
 
-    /// Called when the window closes, with statistics of its frames.
+    /// Gets statistics of the frames when the window closes.
     fn painted(&mut self, _: Painted) {}
 }
 
@@ -159,7 +162,7 @@ pub trait Run {
 pub struct Painted {
     /// Number of frames.
     pub frames: u64,
-    /// Frames per second, from the first frame to the last; 0 with fewer than two.
+    /// Frames per second, from the first frame to the last; 0 with fewer than two frames.
     pub rate_hz: f64,
     /// The renderer's name according to the graphics library.
     pub renderer: String,
@@ -206,12 +209,12 @@ pub struct Numbers {
     /// Phase of the engagement.
     pub phase: Phase,
     /// Translation from the probe to the place at which force can begin, world, m. `None` unless
-    /// the run waits for this and it is known.
+    /// the run waits for this translation and knows it.
     pub way_out: Option<DVec3>,
 }
 
 impl Default for Numbers {
-    /// Before the first tick.
+    /// Returns the numbers before the first tick.
     fn default() -> Self {
         Self {
             ticks: 0,
@@ -254,7 +257,7 @@ pub struct SeenTick {
     pub separation: f64,
 }
 
-/// This tick, computed with other settings.
+/// A tick computed with other settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparedTick {
     /// Time since the run began, s.
@@ -337,10 +340,10 @@ impl MeshFile {
 pub struct Start {
     /// Pose of its mesh, world; `None` for the scene's own.
     pub probe: Option<Pose>,
-    /// m, in the frame of its mesh; `None` for the scene's own.
+    /// Grip in the frame of its mesh, m; `None` for the scene's own.
     pub grip_a: Option<DVec3>,
-    /// True if the device leads the probe out first, if it overlaps the environment or an object
-    /// there.
+    /// True if the device leads the probe out first, if the probe overlaps the environment or an
+    /// object at this pose.
     pub lead_out: bool,
 }
 
@@ -350,13 +353,13 @@ pub enum Loading {
     /// Nothing is being prepared.
     #[default]
     Idle,
-    /// It is in progress.
+    /// The preparation is in progress.
     UnderWay {
         /// Description of the current work.
         words: String,
         /// Finished share, 0 to 1, if known.
         part: Option<f64>,
     },
-    /// It failed; the text describes the error.
+    /// The preparation failed; the text describes the error.
     Failed(String),
 }

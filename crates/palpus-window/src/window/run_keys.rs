@@ -1,5 +1,5 @@
-//! Actions of the window of a run, and their keys, in addition to those of every window. Keys that
-//! move the probe are in `hand`.
+//! Actions of the window of a run, and their keys, in addition to the keys of every window.
+//! Keys that move the probe are in `hand`.
 
 use eframe::egui::{self, Key};
 
@@ -14,7 +14,7 @@ pub(super) enum Action {
     Restart,
     /// Restarts the scene at the pose at which the hand holds the probe.
     Jump,
-    /// Restarts the scene there, and the device leads the probe out of the part.
+    /// Restarts the scene at this pose, and the device leads the probe out of the part.
     LeadOut,
     Open,
     Save,
@@ -26,7 +26,7 @@ pub(super) enum Action {
     Wrench,
     Anchors,
     Glass,
-    /// Compares the felt settings with others.
+    /// Compares the felt settings with other settings.
     Beside,
     /// Keeps these settings for the comparison.
     Keep,
@@ -54,7 +54,7 @@ struct Shortcut {
     name: &'static str,
     words: &'static str,
     group: Group,
-    /// True if it repeats while it is held.
+    /// True if the action repeats while the key is held.
     repeats: bool,
 }
 
@@ -135,8 +135,8 @@ const MOUSE: [(&str, &str); 14] = [
 /// Width of the list in three columns, points.
 const WIDE: f32 = 960.0;
 
-/// Returns the actions of this frame. While `elsewhere` is true, a control has the focus and keys
-/// that controls use belong to it.
+/// Returns the actions of this frame. `elsewhere`: a control has the focus, so keys that controls
+/// use belong to the control.
 pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && is_of_controls(pressed.key)));
     pressed.filter_map(|pressed| meant(&pressed)).collect()
@@ -148,12 +148,12 @@ fn meant(pressed: &Pressed) -> Option<Action> {
     own.map(|own| own.action).or_else(of_scene)
 }
 
-/// Space presses the focused control; Escape removes the focus.
+/// True for keys that a focused control uses: Space presses it, and Escape removes the focus.
 fn is_of_controls(key: Key) -> bool {
     matches!(key, Key::Space | Key::Escape)
 }
 
-/// The list that `?` shows.
+/// Writes the list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
     let is_wide = keys::room(ui).x >= WIDE;
     keys::scrolled(ui, |ui| parts(ui, is_wide));

@@ -1,9 +1,9 @@
-//! Lengths of arrows: scaled to the recent forces, so that a light touch on a strong device is
-//! seen.
+//! Lengths of arrows. They are scaled to the recent forces, so that a light touch on a strong
+//! device is visible.
 
 /// Time in which the recent largest force decays by a factor of e, s.
 const MEMORY: f64 = 6.0;
-/// Share of the device's limit. Smaller forces never get an arrow of full length.
+/// Share of the device's limit below which forces never get an arrow of full length.
 const LEAST: f64 = 0.02;
 
 /// The largest recent value.

@@ -17,12 +17,12 @@ use eframe::glow::{self, HasContext};
 pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<glow::Program, String> {
     let per_corner = if by_processor { PER_CORNER } else { "" };
     let before = format!("#define XRAYS {XRAYS}\n{per_corner}{LIT}");
-    // SAFETY: the caller's.
+    // SAFETY: the context is current, as the caller promises.
     unsafe { compiled(gl, [VERTEX, FRAGMENT], &before, &["a_point", "a_normal", "a_colour", "a_sides"]) }
 }
 
 /// Compiles and links a vertex and a fragment shader. `before` is put before both sources;
-/// `attributes` are numbered in their order.
+/// `attributes` are numbered in order.
 ///
 /// # Errors
 ///
@@ -41,7 +41,7 @@ pub(super) unsafe fn compiled(
     if !version.is_new_shader_interface() {
         return Err("OpenGL 3.0 or OpenGL ES 3.0 is needed".to_owned());
     }
-    // SAFETY: the caller's.
+    // SAFETY: the context is current, as the caller promises.
     unsafe {
         let program = gl.create_program()?;
         for (slot, name) in attributes.iter().enumerate() {
@@ -146,7 +146,7 @@ in vec3 v_normal;
 in vec3 v_colour;
 #endif
 out vec4 f_colour;
-// As `XRay::solidity`.
+// Equals `XRay::solidity`.
 float solidity(vec3 one, vec3 other, vec2 sizes) {
     vec2 along = other.xy - one.xy;
     float part = clamp(dot(gl_FragCoord.xy - one.xy, along) / max(dot(along, along), 1e-6), 0.0, 1.0);

@@ -1,4 +1,4 @@
-//! Opens windows, and has functions that all windows of the program share.
+//! Opens windows, and holds functions that all windows of the program share.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
@@ -24,7 +24,7 @@ pub(super) fn show<'a>(
             .with_inner_size([1280.0, 860.0])
             .with_min_inner_size([640.0, 480.0]),
         depth_buffer: 24,
-        // For flat panels; the background of scenes is drawn without egui.
+        // No dithering: panels are flat, and the background of scenes is drawn without egui.
         dithering: false,
         ..eframe::NativeOptions::default()
     };
@@ -40,7 +40,8 @@ pub(super) fn show<'a>(
     }
 }
 
-/// Errors of the window library begin with the place in its source; the cause comes last.
+/// Returns the last part of an error of the window library, which is the cause. The error begins
+/// with the place in the library's source.
 fn last_part(error: &str) -> String {
     error
         .rsplit(".rs:")
@@ -81,7 +82,7 @@ impl Status {
     }
 }
 
-/// Replaces a picture of egui.
+/// Replaces a picture that egui shows.
 pub(super) fn show_picture(context: &egui::Context, slot: &mut Option<TextureHandle>, picture: &Picture) {
     let image = egui::ColorImage::from_rgb([picture.width(), picture.height()], picture.bytes());
     match slot {
@@ -90,7 +91,7 @@ pub(super) fn show_picture(context: &egui::Context, slot: &mut Option<TextureHan
     }
 }
 
-/// Names and values in two columns.
+/// Writes names and values in two columns.
 pub(super) fn rows<'r>(ui: &mut egui::Ui, name: &str, rows: impl IntoIterator<Item = (&'r str, String)>) {
     egui::Grid::new(name).num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
         for (name, value) in rows {

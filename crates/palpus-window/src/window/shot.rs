@@ -10,7 +10,7 @@ use crate::picture::Picture;
 
 /// Folder of the pictures.
 const FOLDER: &str = "palpus-out";
-/// Most pictures in a folder.
+/// Largest number of pictures in a folder.
 const MOST: u32 = 100_000;
 
 /// Writes the screen content into the first free file; returns its name.

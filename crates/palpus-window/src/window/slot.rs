@@ -33,9 +33,9 @@ enum Reading {
 pub(super) enum Content {
     /// No path: the current body stays.
     Empty,
-    /// It is being read.
+    /// The file is being read.
     Busy,
-    /// It cannot be opened.
+    /// The file cannot be opened.
     Bad,
     Scene(PathBuf),
     Mesh(MeshFile),
@@ -72,8 +72,8 @@ impl Unit {
         }
     }
 
-    /// Returns the first unit with which the largest side is that of an object that one holds or
-    /// touches.
+    /// Returns the first unit with which the largest side suits an object that people hold or
+    /// touch.
     fn likely(size: DVec3) -> Self {
         let largest = size.max_element();
         let fits = |unit: &Self| (LIKELY[0]..=LIKELY[1]).contains(&(largest * unit.metres()));
@@ -82,7 +82,7 @@ impl Unit {
 }
 
 impl Slot {
-    /// A slot with a file, or an empty one.
+    /// Creates a slot with a file, or an empty slot.
     pub(super) fn new(path: Option<&Path>) -> Self {
         let path = path.map_or(String::new(), |path| path.display().to_string());
         Self { path, read: None, unit: Unit::Millimetre }
@@ -107,16 +107,16 @@ impl Slot {
         let is_read = self.read.as_ref().is_some_and(|(read, _)| *read == path);
         if !is_read {
             self.read = path.is_file().then(|| {
-                let (tell, told) = channel();
+                let (tell, receiver) = channel();
                 let (read, file) = (run.reader(), path.clone());
                 // The receiver may not exist any more.
                 std::thread::spawn(move || tell.send(read(&file)));
-                (path, Reading::UnderWay(told))
+                (path, Reading::UnderWay(receiver))
             });
         }
         let Some((_, reading)) = &mut self.read else { return };
-        let Reading::UnderWay(told) = reading else { return };
-        let kind = match told.try_recv() {
+        let Reading::UnderWay(receiver) = reading else { return };
+        let kind = match receiver.try_recv() {
             Ok(kind) => kind,
             Err(TryRecvError::Empty) => return,
             Err(TryRecvError::Disconnected) => Err("it could not be read".to_owned()),
@@ -127,8 +127,8 @@ impl Slot {
         *reading = Reading::Done(kind);
     }
 
-    /// Draws its line and the known facts about the file. Returns true if Enter was pressed in it.
-    /// `focus`: the line gets the keyboard.
+    /// Draws the line of the path and the known facts about the file. Returns true if Enter was
+    /// pressed in the line. `focus`: the line gets the keyboard.
     pub(super) fn show(&mut self, ui: &mut Ui, hint: &str, focus: bool) -> bool {
         let edit = TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY).hint_text(hint);
         let response = ui.add(edit);
@@ -168,7 +168,7 @@ impl Slot {
     }
 }
 
-/// The sides of a box in a suitable unit.
+/// Formats the sides of a box in a suitable unit.
 fn sides(metres: DVec3) -> String {
     let (times, unit, figures) = match metres.max_element() {
         largest if largest >= 1.0 => (1.0, "m", 2),

@@ -1,8 +1,8 @@
 //! Amplitude spectrum of the newest values, in which hum is visible as a peak.
 //!
 //! 1. The mean of the last values is removed, and a Hann window is applied.
-//! 2. Fourier transform (J. Cooley, J. Tukey, *An algorithm for the machine calculation of complex
-//!    Fourier series*, 1965).
+//! 2. The values are Fourier transformed (J. Cooley, J. Tukey, *An algorithm for the machine
+//!    calculation of complex Fourier series*, 1965).
 //! 3. The amplitude at each frequency is scaled so that a sine of amplitude 1 gives 1.
 
 use std::f64::consts::TAU;
@@ -24,7 +24,7 @@ pub(super) fn amplitudes(values: &[f64]) -> Option<Vec<f64>> {
     Some(transformed[1..=LENGTH / 2].iter().map(|[re, im]| scale * re.hypot(*im)).collect())
 }
 
-/// Fourier transform; the number of values is a power of two.
+/// Computes the Fourier transform; the number of values is a power of two.
 fn transform(values: &[[f64; 2]]) -> Vec<[f64; 2]> {
     if values.len() < 2 {
         return values.to_vec();

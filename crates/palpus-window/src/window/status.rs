@@ -15,7 +15,7 @@ use crate::style::Theme;
 const RATE_SPAN: Duration = Duration::from_millis(500);
 /// Time for which a cut stays visible after its last tick.
 const CUT_SPAN: Duration = Duration::from_millis(1500);
-/// Points.
+/// Length, points.
 const VALUE: f32 = 20.0;
 
 /// The state of the panel between frames.
@@ -34,7 +34,7 @@ impl Default for Status {
 }
 
 impl Status {
-    /// Takes in the newest numbers.
+    /// Updates the panel with the newest numbers.
     pub(super) fn take(&mut self, now: Numbers) {
         self.now = now;
         let passed = self.counted.0.elapsed();
@@ -47,7 +47,7 @@ impl Status {
         }
     }
 
-    /// Recent cuts, except the engagement's, which the state shows.
+    /// Returns recent cuts, except the engagement's, which the state shows.
     fn cuts(&self) -> impl Iterator<Item = Cut> {
         Cut::ALL.into_iter().filter(|cut| {
             *cut != Cut::Engagement && self.cuts[*cut as usize].is_some_and(|seen| seen.elapsed() < CUT_SPAN)
@@ -64,7 +64,7 @@ impl Status {
         });
     }
 
-    /// Text of the state, and the colour of its lamp.
+    /// Returns the text of the state, and the colour of its lamp.
     fn state(&self, run: &dyn Run, theme: Theme) -> (&'static str, Rgb) {
         let (words, is_well) = if run.is_over() {
             ("the run has ended", true)
@@ -104,7 +104,7 @@ impl Status {
             let comma = if words.is_empty() { "" } else { "; " };
             words += &format!("{comma}{:.0} % of the contacts extrapolated", 100.0 * self.now.carried);
         }
-        // Always drawn, so that nothing below it moves.
+        // The line is always drawn, so that nothing below it moves.
         ui.label(RichText::new(words).small().color(ui.visuals().warn_fg_color));
         Self::trouble(ui, run);
     }
@@ -152,7 +152,7 @@ impl Status {
 /// Share of extrapolated contacts below which the panel does not mention them.
 const CARRIED: f64 = 0.01;
 
-/// Text for a phase of the engagement, and whether it is normal.
+/// Returns the text for a phase of the engagement, and whether the phase is normal.
 fn said(phase: Phase) -> (&'static str, bool) {
     match phase {
         Phase::Engaged => ("force is on", true),

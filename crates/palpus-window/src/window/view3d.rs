@@ -38,14 +38,14 @@ use crate::style::Style;
 const TURN: f32 = 0.008;
 /// Zoom by the wheel: the exponent for each point of scrolling.
 const ZOOM: f32 = 0.0025;
-/// Rotation by a key, rad/s; exponent of its zoom; and longest time for which it acts in one frame,
-/// s.
+/// Rotation by a key, rad/s; zoom exponent of a key, 1/s; longest time for which a key acts in one
+/// frame, s.
 const KEY_TURN: f32 = 1.2;
 const KEY_ZOOM: f32 = 1.0;
 const LONGEST_FRAME: f32 = 0.1;
 /// Largest number of drawn dots; more could not be distinguished.
 const MOST_DOTS: usize = 1000;
-/// Points.
+/// Length, points.
 const LETTERS: f32 = 14.0;
 /// Height of titles, points.
 const TITLE: f32 = 36.0;
@@ -56,7 +56,7 @@ pub(super) struct View3d {
     framed: bool,
     /// True if the user has moved the camera.
     is_users: bool,
-    /// True if the next framing keeps the contents of the last one.
+    /// True if the next framing keeps the contents of the last framing.
     widens: bool,
     /// Boxes around all bodies at the last framing, world.
     corners: Vec<DVec3>,
@@ -94,7 +94,7 @@ pub(super) struct Ray {
 }
 
 impl Area {
-    /// Position, points.
+    /// Returns width and height, points.
     pub(super) fn size(&self) -> (f64, f64) {
         (f64::from(self.rect.width()).max(1.0), f64::from(self.rect.height()).max(1.0))
     }
@@ -174,7 +174,7 @@ impl View3d {
         (self.framed, self.widens) = (false, true);
     }
 
-    /// Widens the view if a body leaves it, unless the user has moved the camera.
+    /// Widens the view if a body leaves the view, unless the user has moved the camera.
     pub(super) fn keep_in_view(&mut self, area: &Area, scene: &Scene) {
         let is_out = |corner: DVec3| self.seen_at(area, corner).is_none_or(|at| !area.rect.contains(at));
         if self.framed && !self.is_users && scene.corners().any(is_out) {
@@ -196,7 +196,7 @@ impl View3d {
         self.easel.lock().ok()?.trouble.take()
     }
 
-    /// Statistics of drawing so far.
+    /// Returns the statistics of drawing so far.
     pub(super) fn painted(&self) -> Painted {
         let Ok(easel) = self.easel.lock() else { return Painted::default() };
         let seconds = easel.drawn.map_or(0.0, |[first, last]| (last - first).as_secs_f64());
@@ -217,7 +217,7 @@ impl View3d {
         }
     }
 
-    /// Uses all the space of `ui`.
+    /// Gives the view all the space of `ui`.
     pub(super) fn place(&mut self, ui: &mut egui::Ui, scene: &Scene) -> Area {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         let area = Area { rect, response };
@@ -233,8 +233,8 @@ impl View3d {
         area
     }
 
-    /// Uses the space for one picture, or for two of the same size side by side with the same
-    /// camera.
+    /// Divides the space of `ui` for one picture, or for two of the same size side by side with the
+    /// same camera.
     pub(super) fn place_beside(&mut self, ui: &mut egui::Ui, scene: &Scene, two: bool) -> (Area, Option<Area>) {
         if !two {
             return (self.place(ui, scene), None);
@@ -251,8 +251,8 @@ impl View3d {
         (area, Some(Area { rect: right, response }))
     }
 
-    /// The mouse moves the camera: a drag turns it, with Shift or another button it moves the
-    /// camera, and the wheel zooms. Alt with arrows, PageUp and PageDown does the same.
+    /// Moves the camera with the mouse: a drag turns it, a drag with Shift or another button shifts
+    /// it, and the wheel zooms. Alt with arrows, PageUp and PageDown does the same.
     pub(super) fn navigate(&mut self, ui: &egui::Ui, area: &Area) {
         let response = &area.response;
         let moved = response.drag_delta();
@@ -300,7 +300,7 @@ impl View3d {
         Some(area.rect.min + egui::vec2(seen.x as f32, seen.y as f32))
     }
 
-    /// Returns the length in metres of a point of the window at a point of the world.
+    /// Returns the length in metres of one point (egui's unit) at `point` of the world.
     pub(super) fn metres_per_point(&self, area: &Area, point: DVec3) -> f64 {
         self.camera.metres_per_pixel(self.depth(point), area.size().1)
     }
@@ -388,7 +388,7 @@ impl View3d {
         (drawing, marks.labels)
     }
 
-    /// Values next to the marks, each at the right of its point.
+    /// Draws values next to the marks, each at the right of its point.
     fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) {
         let painter = ui.painter_at(area.rect);
         let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
@@ -428,7 +428,7 @@ impl Easel {
     }
 }
 
-/// Simplified copies of the bodies of a scene, with so few triangles that the shadow can be
+/// Returns simplified copies of the bodies of a scene, with so few triangles that the shadow can be
 /// computed in every frame.
 fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
     let few = |solid: &Arc<Solid>| solid.coarse(MOST_SHADOWING).map_or_else(|| Arc::clone(solid), Arc::new);
@@ -442,10 +442,10 @@ fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
     scene.bodies.iter().map(of_body).collect()
 }
 
-/// Triangles of a body.
+/// Largest number of triangles of a body for the shadow.
 const MOST_SHADOWING: usize = 3000;
 
-/// As egui writes it.
+/// Converts a colour to egui's type.
 pub(super) fn colour(rgb: Rgb) -> Color32 {
     Color32::from_rgb(rgb[0], rgb[1], rgb[2])
 }

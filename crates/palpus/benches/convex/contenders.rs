@@ -1,5 +1,5 @@
 //! The contenders: the walk, the proof and the march of palpus, and GJK and EPA of parry. Each
-//! contender caches data of the previous pose if its interface allows this.
+//! contender caches data of the previous pose if its interface can use such data.
 
 use glam::DVec3;
 use palpus::algebra::Placement;
@@ -62,7 +62,7 @@ impl Name {
     }
 }
 
-/// A contender with its working memory and its cached data of the previous pose.
+/// A contender with its working memory and the cached data of the previous pose.
 pub(crate) enum Contender {
     Local { scratch: Box<DepthScratch>, last: Option<Depth> },
     Proven { scratch: Box<DepthScratch>, memory: Box<CertificateMemory>, last: Option<Depth> },
@@ -142,7 +142,8 @@ impl Contender {
                 }
             }
             Self::Parry { simplex, last, .. } => {
-                // Body b is the first shape of parry, so that both engines use the same pose.
+                // Body b is the first shape of parry, because parry then uses the same pose as
+                // palpus.
                 let answer = contact_support_map_support_map_with_params(
                     &place.parry,
                     parry_b,

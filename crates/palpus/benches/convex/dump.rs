@@ -1,9 +1,9 @@
-//! Writes the shapes and poses as text, so that engines in other languages can use the same data.
+//! Writes the shapes and poses as text, for engines in other languages.
 //!
 //! `SHAPE.a.csv` and `SHAPE.b.csv` have the vertices (x,y,z). `SHAPE.a.faces.csv` and
 //! `SHAPE.b.faces.csv` have the triangles of the faces (i,j,k). `SHAPE.MOTION.csv` has the poses of
-//! a in b (stretch,x,y,z,qx,qy,qz,qw). Numbers have enough digits to restore the same bits. Blanks
-//! in names become underscores.
+//! body a in b (stretch,x,y,z,qx,qy,qz,qw). Numbers have enough digits to restore the same bits.
+//! Blanks in names become underscores.
 
 use std::fmt::Write;
 use std::path::Path;

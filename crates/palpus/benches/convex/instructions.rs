@@ -1,8 +1,9 @@
-//! Counts instructions per query with valgrind. Other load on the machine does not change this
-//! figure.
+//! Counts instructions per query with valgrind. Other load on the machine does not affect this
+//! count.
 //!
-//! As for times, the first pose of a coherent stretch is not counted. For each figure the bench
-//! starts itself under callgrind, which counts only the instructions inside [`counted_query`].
+//! The first pose of a coherent stretch is not counted, as in the time measurements. For each
+//! figure the bench starts itself under callgrind, which counts only the instructions inside
+//! [`counted_query`].
 
 use std::fmt::Write;
 use std::path::Path;
@@ -48,7 +49,7 @@ impl Counted {
         }
     }
 
-    /// Runs the queries, and prints their number.
+    /// Runs the queries and prints how many were counted.
     pub(crate) fn run(&self) {
         let (name, motion) = ROWS[self.row];
         let Some(shape) = shapes::all().into_iter().find(|shape| shape.name == SHAPES[self.shape]) else { return };

@@ -1,4 +1,4 @@
-//! Compares palpus with parry on pairs of convex shapes: penetration depth and distance, for
+//! Compares palpus with parry on pairs of convex shapes: penetration depth and distance, at
 //! independent poses and along coherent paths.
 //!
 //! `cargo bench -p palpus --bench convex` prints a table within a minute. These options can follow
@@ -11,18 +11,18 @@
 //! * `--instructions FILE`: writes instruction counts per query, measured by valgrind, instead of
 //!   times.
 //!
-//! All contenders run the same stretch of poses one after the other, so that other load on the
-//! machine affects all of them. The bench repeats everything for several rounds and takes the
-//! fastest time of each pose. Therefore p50 and p99 describe the spread between poses, not the
-//! noise of the machine. The cost of reading the clock is subtracted. In coherent motions, the
-//! first pose of each stretch is not counted, because no contender has cached data there. The ratio
-//! is the p50 of palpus divided by the p50 of parry.
+//! All contenders run the same sequence of poses one after the other, so other load on the machine
+//! affects all of them. The bench repeats the measurement in several rounds and takes the fastest
+//! time of each pose. Therefore p50 and p99 describe the spread between poses, not the noise of the
+//! machine. The cost of reading the clock is subtracted. In coherent motions, the first pose of
+//! each sequence is not counted, because no contender has cached data at this pose. The ratio is
+//! the p50 of palpus divided by the p50 of parry.
 //!
-//! "Beaten" is the fraction of poses at which another contender found a smaller depth or distance.
-//! At some poses of needles and cylinders, parry's depth is smaller than palpus' proven depth by
-//! 0.3 % to 3 %. There parry is wrong: an exhaustive search over face normals and edge pairs
-//! confirms palpus' depth to the last digits. Therefore "beaten" is meaningful only for the walk
-//! without proof.
+//! "Beaten" is the fraction of the poses at which another contender found a smaller depth or
+//! distance. At some poses of needles and cylinders, parry's depth is smaller than palpus' proven
+//! depth by 0.3 % to 3 %. At these poses parry is wrong: an exhaustive search over face normals and
+//! edge pairs confirms palpus' depth to the last digits. Therefore "beaten" is meaningful only for
+//! the depth walk without proof.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench prints its results")]
 

@@ -1,5 +1,5 @@
-//! The poses of the bench: random poses, and coherent stretches like those of a fast hand motion at
-//! 1 kHz.
+//! The poses of the bench: random poses, and coherent sequences of poses like those of a fast hand
+//! motion at 1 kHz. A coherent sequence is called a stretch.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Random};
@@ -7,14 +7,14 @@ use palpus::collision::{Proximity, initial_features, march};
 
 use crate::shapes::{SEED, ShapePair, rotation};
 
-/// Number of stretches per case. Each stretch has other orientations.
+/// Number of stretches per case. Each stretch has different orientations.
 const STRETCHES: usize = 8;
 /// Number of poses of a stretch.
 const POSES: usize = 101;
-/// Angle (rad) by which a body travels around the other per pose. For bodies of 10 cm at 1 kHz,
+/// Angle (rad) by which body a moves around body b from pose to pose. For bodies of 10 cm at 1 kHz,
 /// this is 0.15 m/s.
 const TRAVEL: f64 = 1e-3;
-/// Angle (rad) by which a rolling body rotates per pose.
+/// Angle (rad) by which a rolling body rotates from pose to pose.
 const TURN: f64 = 2e-3;
 /// Depth of the overlap when the bodies slide or roll, relative to the sum of their radii.
 const OVERLAP: f64 = 0.05;
@@ -24,15 +24,15 @@ const GAP: f64 = 0.05;
 /// Kind of motion between the poses of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Motion {
-    /// The body moves around the other at a constant overlap.
+    /// Body a moves around body b at a constant overlap.
     Sliding,
-    /// The body moves around the other at a constant overlap and rotates.
+    /// Body a moves around body b at a constant overlap and rotates.
     Rolling,
-    /// The body moves near the centre of the other and rotates.
+    /// Body a moves near the centre of body b and rotates.
     Deep,
     /// The bodies overlap, at independent random poses.
     Cold,
-    /// The body moves around the other at a constant distance and rotates.
+    /// Body a moves around body b at a constant distance and rotates.
     ApartCoherent,
     /// The bodies are apart, at independent random poses.
     ApartCold,
@@ -111,7 +111,7 @@ fn stretch(shape: &ShapePair, motion: Motion, random: &mut Random) -> Vec<Pose> 
     }
 }
 
-/// Returns the pose of a in b for which the centroid of a is at `away` from the centroid of b.
+/// Returns the pose of body a in b for which the centroid of a is at `away` from the centroid of b.
 fn placed(shape: &ShapePair, rotation: DQuat, away: DVec3) -> Pose {
     Pose::new(rotation, shape.b.centroid() + away - rotation * shape.a.centroid())
 }

@@ -1,4 +1,4 @@
-//! The shapes of the bench. They are the same in every run.
+//! The shapes of the bench. Every run uses the same shapes.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::Random;

@@ -10,7 +10,7 @@ use parry3d_f64::math::Pose as ParryPose;
 use crate::contenders::{Contender, Place, Subject};
 use crate::motions::Motion;
 
-/// Number of rounds. Each pose counts with its fastest round.
+/// Number of rounds. The result of a pose is the time of its fastest round.
 pub(crate) const ROUNDS: usize = 5;
 
 /// Result of one contender in one case.

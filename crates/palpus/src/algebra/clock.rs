@@ -1,13 +1,13 @@
 //! A clock that the caller provides. The engine has no clock of its own.
 
-/// Nanoseconds since any fixed instant. The engine uses only differences, and only to report the
-/// time of each stage of a tick.
+/// Counts nanoseconds since any fixed instant. The engine uses only differences between two
+/// readings, and only to report the time of each stage of a tick.
 pub trait Clock {
-    /// Must not decrease.
+    /// Returns the time since the fixed instant (ns). The value must not decrease.
     fn now_ns(&self) -> u64;
 }
 
-/// The clock that stands still: every stage takes no time.
+/// A clock that always returns the same time. The reported time of every stage is then zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoClock;
 

@@ -1,8 +1,8 @@
-//! Closest points of points, segments and triangles, closed form.
+//! Closest points of points, segments and triangles, in closed form.
 
 use glam::DVec3;
 
-/// Closest points of two segments, as parameters along them.
+/// Closest points of two segments, with their parameters along the segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentSegment {
     /// Parameter in \[0, 1\] on the first segment.
@@ -16,22 +16,22 @@ pub struct SegmentSegment {
 }
 
 impl SegmentSegment {
-    /// Square of the distance between the two points.
+    /// Returns the square of the distance between the two points.
     pub fn squared(&self) -> f64 {
         self.first.distance_squared(self.second)
     }
 }
 
-/// The parameter in \[0, 1\] of the point of segment `p`–`q` that is closest to `x` (0 for a
-/// segment of no length).
+/// Returns the parameter in \[0, 1\] of the point on segment `p`–`q` that is closest to `x`; 0 if
+/// the segment has no length.
 pub fn closest_on_segment(x: DVec3, p: DVec3, q: DVec3) -> f64 {
     let d = q - p;
     let length_squared = d.length_squared();
     if length_squared > 0.0 { ((x - p).dot(d) / length_squared).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// The closest points of segments `p1`–`q1` and `p2`–`q2`; for parallel segments one of the many
-/// closest pairs.
+/// Returns the closest points of segments `p1`–`q1` and `p2`–`q2`. Parallel segments can have many
+/// closest pairs; the function returns one of them.
 ///
 /// After Ericson, *Real-Time Collision Detection*, §5.1.9.
 pub fn closest_segment_segment(p1: DVec3, q1: DVec3, p2: DVec3, q2: DVec3) -> SegmentSegment {
@@ -52,14 +52,14 @@ pub fn closest_segment_segment(p1: DVec3, q1: DVec3, p2: DVec3, q2: DVec3) -> Se
             let s0 = if denominator > 0.0 { ((b * f - c * e) / denominator).clamp(0.0, 1.0) } else { 0.0 };
             let t0 = (b * s0 + f) / e;
             t = t0.clamp(0.0, 1.0);
-            // Moving t to the end of its segment moves the best s too.
+            // If t is clamped to the end of its segment, the best s changes too.
             s = ((b * t - c) / a).clamp(0.0, 1.0);
         }
     }
     SegmentSegment { s, t, first: p1 + d1 * s, second: p2 + d2 * t }
 }
 
-/// The point of triangle `abc` closest to `p`.
+/// Returns the point of triangle `abc` that is closest to `p`.
 ///
 /// After Ericson, *Real-Time Collision Detection*, §5.1.5.
 pub fn closest_on_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn each_region_of_a_triangle_answers() {
+    fn each_region_of_a_triangle_gives_its_point() {
         let (a, b, c) = (DVec3::ZERO, DVec3::X, DVec3::Y);
         for (p, expected) in [
             (DVec3::new(0.2, 0.2, 1.0), DVec3::new(0.2, 0.2, 0.0)),

@@ -1,5 +1,5 @@
-//! Rigid placements, spatial vectors and matrices, planes, closest points, the caller's clock and
-//! workers, seeded random numbers, quantiles, and all tolerances.
+//! Rigid placements, spatial vectors and matrices, planes, closest points, interfaces to the
+//! caller's clock and workers, seeded random numbers, quantiles, and all tolerances.
 
 mod clock;
 mod closest;

@@ -4,8 +4,8 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::tolerance::WELL_FORMED_ROUNDING;
 
-/// A rigid placement of one frame in another: `pose_ab * p_b` is the point `p_b` of frame b written
-/// in frame a.
+/// A rigid placement of one frame in another. `pose_ab * p_b` is the point `p_b` of frame b in the
+/// coordinates of frame a.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
@@ -19,41 +19,41 @@ impl Pose {
     /// The identity placement.
     pub const IDENTITY: Self = Self { rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
 
-    /// A placement from its parts. `rotation` is normalised here, so a recorded quaternion need not
+    /// Creates a placement from its parts. Normalises `rotation`, so a recorded quaternion need not
     /// have exactly unit length.
     pub fn new(rotation: DQuat, translation: DVec3) -> Self {
         Self { rotation: rotation.normalize(), translation }
     }
 
-    /// A placement that only translates.
+    /// Creates a placement that only translates.
     pub fn from_translation(translation: DVec3) -> Self {
         Self { rotation: DQuat::IDENTITY, translation }
     }
 
-    /// The point `p` of the placed frame, in the outer frame.
+    /// Transforms the point `p` from the placed frame to the outer frame.
     pub fn point(&self, p: DVec3) -> DVec3 {
         self.rotation * p + self.translation
     }
 
-    /// The free vector `v` of the placed frame, in the outer frame.
+    /// Transforms the free vector `v` from the placed frame to the outer frame.
     pub fn vector(&self, v: DVec3) -> DVec3 {
         self.rotation * v
     }
 
-    /// The opposite placement: `pose_ab.inverse()` is `pose_ba`.
+    /// Returns the inverse placement: `pose_ab.inverse()` is `pose_ba`.
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.conjugate();
         Self { rotation, translation: -(rotation * self.translation) }
     }
 
-    /// The same placement with its rotation expanded to a matrix, for placing many points.
+    /// Returns this placement with its rotation as a matrix, to transform many points.
     pub fn placement(&self) -> Placement {
         Placement { rotation: DMat3::from_quat(self.rotation), translation: self.translation }
     }
 
-    /// Returns the frame with the axes of this one whose origin is at `point`, a point in this
-    /// frame's coordinates. If `p` is a probe's pose, the grip's pose is `p.with_origin(grip_a)`.
-    /// If `g` is a grip's pose, the probe's pose is `g.with_origin(-grip_a)`.
+    /// Returns the frame with the axes of this frame and its origin at `point`, in this frame's
+    /// coordinates. If `p` is a probe's pose, the grip's pose is `p.with_origin(grip_a)`. If `g` is
+    /// a grip's pose, the probe's pose is `g.with_origin(-grip_a)`.
     #[must_use]
     pub fn with_origin(self, point: DVec3) -> Self {
         if point == DVec3::ZERO {
@@ -63,13 +63,13 @@ impl Pose {
         Self { translation: self.point(point), ..self }
     }
 
-    /// True when every number is finite and the quaternion is of unit length within 1e-6.
+    /// Returns true if every number is finite and the quaternion has unit length within 1e-6.
     pub fn is_valid(&self) -> bool {
         self.rotation.is_finite() && self.translation.is_finite() && (self.rotation.length() - 1.0).abs() < 1e-6
     }
 
-    /// The same placement with a quaternion of unit length; for placements that [`Self::is_valid`]
-    /// accepts. A quaternion that has unit length up to rounding stays unchanged, to its last bit.
+    /// Returns this placement with a quaternion of unit length. [`Self::is_valid`] must accept the
+    /// placement. If the quaternion has unit length up to rounding, every bit stays the same.
     #[must_use]
     pub fn unstretched(self) -> Self {
         let off = (self.rotation.length() - 1.0).abs();
@@ -86,10 +86,10 @@ impl std::ops::Mul for Pose {
     }
 }
 
-/// A [`Pose`] expanded to a matrix: what the pair algorithms work on.
+/// A [`Pose`] with its rotation as a matrix. The queries on pairs of pieces use this type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Orthonormal; its columns are the placed frame's axes.
+    /// A rotation matrix. Its columns are the placed frame's axes.
     pub rotation: DMat3,
     /// Origin of the placed frame.
     pub translation: DVec3,
@@ -99,31 +99,31 @@ impl Placement {
     /// The identity placement.
     pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
 
-    /// The point `p` of the placed frame, in the outer frame.
+    /// Transforms the point `p` from the placed frame to the outer frame.
     #[inline]
     pub fn point(&self, p: DVec3) -> DVec3 {
         self.rotation * p + self.translation
     }
 
-    /// The free vector `v` of the placed frame, in the outer frame.
+    /// Transforms the free vector `v` from the placed frame to the outer frame.
     #[inline]
     pub fn vector(&self, v: DVec3) -> DVec3 {
         self.rotation * v
     }
 
-    /// The point `p` of the outer frame, in the placed frame.
+    /// Transforms the point `p` from the outer frame to the placed frame.
     #[inline]
     pub fn inverse_point(&self, p: DVec3) -> DVec3 {
         self.inverse_vector(p - self.translation)
     }
 
-    /// The free vector `v` of the outer frame, in the placed frame.
+    /// Transforms the free vector `v` from the outer frame to the placed frame.
     #[inline]
     pub fn inverse_vector(&self, v: DVec3) -> DVec3 {
         DVec3::new(self.rotation.x_axis.dot(v), self.rotation.y_axis.dot(v), self.rotation.z_axis.dot(v))
     }
 
-    /// The opposite placement.
+    /// Returns the inverse placement.
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
         Self { rotation, translation: -(rotation * self.translation) }
@@ -150,7 +150,7 @@ mod tests {
         let held = pose.with_origin(grip);
         assert_eq!((held.rotation, held.translation), (pose.rotation, pose.point(grip)));
         assert!(held.with_origin(-grip).translation.distance(pose.translation) < 1e-15);
-        // A grip at the origin changes no bit, so that old recordings replay.
+        // A grip at the origin must change no bit. Otherwise old recordings would not replay.
         let same = pose.with_origin(-DVec3::ZERO).translation.y;
         assert_eq!(same.to_bits(), (-0f64).to_bits());
     }

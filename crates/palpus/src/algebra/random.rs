@@ -1,19 +1,19 @@
-//! Random numbers that are the same on every machine and in every run.
+//! A random number generator that gives the same numbers on every machine and in every run.
 //!
-//! The generator is the SplitMix64 of the crate `rand_xoshiro`, a fixed algorithm (Steele, Lea,
-//! Flood 2014). The distributions are implemented here, since those of the crate `rand` may change
-//! with its version. The decomposition of models into pieces depends on these numbers.
+//! The generator is SplitMix64 of the crate `rand_xoshiro`, a fixed algorithm (Steele, Lea, Flood
+//! 2014). The distributions are implemented here, because the distributions of the crate `rand` may
+//! change between its versions. The decomposition of models into pieces depends on these numbers.
 
 use glam::DVec3;
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// A seeded generator. Not for cryptography.
+/// A seeded random number generator. Do not use it for cryptography.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Random(SplitMix64);
 
 impl Random {
-    /// The generator of a seed.
+    /// Creates the generator of a seed.
     pub fn new(seed: u64) -> Self {
         Self(SplitMix64::seed_from_u64(seed))
     }
@@ -23,33 +23,33 @@ impl Random {
         self.0.next_u64()
     }
 
-    /// Returns a number below `n`, which must not be 0. The probability of small numbers is too
-    /// large by a share of at most `n`/2⁶⁴.
+    /// Returns a number below `n`, which must not be 0. The relative error of each number's
+    /// probability is at most `n`/2⁶⁴.
     pub fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
 
-    /// Uniform in \[0, 1).
+    /// Returns a number with uniform distribution in \[0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform in \[−1, 1).
+    /// Returns a number with uniform distribution in \[−1, 1).
     pub fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
 
-    /// Uniform in \[low, high).
+    /// Returns a number with uniform distribution in \[low, high).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Uniform in the cube \[−1, 1)³.
+    /// Returns a vector with uniform distribution in the cube \[−1, 1)³.
     pub fn vector(&mut self) -> DVec3 {
         DVec3::new(self.signed(), self.signed(), self.signed())
     }
 
-    /// Unit vector, uniform on the sphere.
+    /// Returns a unit vector with uniform distribution on the sphere.
     pub fn direction(&mut self) -> DVec3 {
         loop {
             let v = self.vector();
@@ -71,8 +71,8 @@ impl Random {
 mod tests {
     use super::*;
 
-    /// The first numbers that the authors' C program prints for this seed. Pieces of models, and
-    /// scenes, depend on them.
+    /// The expected values are the first numbers that the authors' C program prints for this seed.
+    /// The pieces of models and the scenes depend on these numbers.
     #[test]
     fn numbers_of_a_seed_stay_the_same() {
         let mut random = Random::new(1_234_567);

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::Pose;
 
-/// The velocity of a rigid body: angular in rad/s, and linear in m/s at a reference point, which
-/// the owner of the value defines.
+/// The velocity of a rigid body: angular in rad/s, and linear in m/s at a reference point. Each use
+/// states its reference point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
@@ -16,14 +16,14 @@ pub struct Twist {
 }
 
 impl Twist {
-    /// The velocity of the body's point that lies at `offset` from the reference point.
+    /// Returns the velocity (m/s) of the body's point at `offset` from the reference point.
     pub fn at(&self, offset: DVec3) -> DVec3 {
         self.linear + self.angular.cross(offset)
     }
 }
 
-/// A force in newtons, and a torque in newton-metres about a reference point, which the owner of
-/// the value defines.
+/// A force in newtons, and a torque in newton-metres about a reference point. Each use states its
+/// reference point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wrench {
@@ -37,29 +37,30 @@ impl Wrench {
     /// No force and no torque.
     pub const ZERO: Self = Self { torque: DVec3::ZERO, force: DVec3::ZERO };
 
-    /// The wrench of `force` applied at `offset` from the reference point.
+    /// Returns the wrench of a `force` that acts at `offset` from the reference point.
     pub fn of_force_at(force: DVec3, offset: DVec3) -> Self {
         Self { torque: offset.cross(force), force }
     }
 
-    /// The same wrench about another point, which lies at `offset` from the present reference
-    /// point.
+    /// Returns this wrench about another reference point, which lies at `offset` from the current
+    /// one.
     pub fn about(&self, offset: DVec3) -> Self {
         Self { torque: self.torque - offset.cross(self.force), force: self.force }
     }
 
-    /// The same wrench in the outer frame of `pose`, which places the present frame in it; the
-    /// reference point does not change.
+    /// Returns this wrench in the outer frame of `pose`. `pose` places the current frame in the
+    /// outer frame. The reference point does not change.
     pub fn rotated(&self, pose: &Pose) -> Self {
         Self { torque: pose.vector(self.torque), force: pose.vector(self.force) }
     }
 
-    /// Power in watts that the wrench gives a body moving with `twist`, both about the same point.
+    /// Returns the power (W) that the wrench gives to a body that moves with `twist`. Both must
+    /// have the same reference point.
     pub fn power(&self, twist: &Twist) -> f64 {
         self.force.dot(twist.linear) + self.torque.dot(twist.angular)
     }
 
-    /// True when every number is finite.
+    /// Returns true if every number is finite.
     pub fn is_finite(&self) -> bool {
         self.force.is_finite() && self.torque.is_finite()
     }
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn power_does_not_depend_on_the_stated_point() {
+    fn power_does_not_depend_on_the_reference_point() {
         let offset = DVec3::new(0.1, -0.4, 0.25);
         let wrench = Wrench { torque: DVec3::new(0.3, 0.1, -0.2), force: DVec3::new(1.0, 2.0, -3.0) };
         let twist = Twist { angular: DVec3::new(-1.0, 0.5, 2.0), linear: DVec3::new(0.2, 0.0, 0.7) };

@@ -1,14 +1,14 @@
-//! Symmetric 6 × 6 matrices that turn velocities of a rigid body into wrenches: inertias,
-//! stiffnesses, dampings.
+//! Symmetric 6 × 6 matrices that map velocities of a rigid body to wrenches: inertias, stiffnesses,
+//! dampings.
 
 use glam::{DMat3, DVec3};
 
 use super::{Twist, Wrench};
 
-/// A symmetric matrix from twists to wrenches, both about the same point and in the same frame.
+/// A symmetric matrix that maps twists to wrenches. Both have the same reference point and frame.
 ///
-/// Stored as three blocks: torque from rotation, torque from translation (its transpose is force
-/// from rotation), force from translation.
+/// The matrix is stored as three blocks: torque from rotation, torque from translation, and force
+/// from translation. The transpose of the second block gives the force from rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpatialMatrix {
     torque_turning: DMat3,
@@ -17,11 +17,11 @@ pub struct SpatialMatrix {
 }
 
 impl SpatialMatrix {
-    /// Nothing.
+    /// The zero matrix.
     pub const ZERO: Self = Self { torque_turning: DMat3::ZERO, torque_moving: DMat3::ZERO, force_moving: DMat3::ZERO };
 
-    /// The inertia of a rigid body about its centre of mass: kg, and kg·m² in the axes of the
-    /// frame.
+    /// Returns the inertia of a rigid body about its centre of mass. `mass` is in kg; `inertia` is
+    /// in kg·m², along the axes of the frame.
     pub fn of_body(mass: f64, inertia: DMat3) -> Self {
         Self {
             torque_turning: inertia,
@@ -30,8 +30,8 @@ impl SpatialMatrix {
         }
     }
 
-    /// Adds a spring or damper of strength `c` that acts along the unit vector `direction` at
-    /// `offset` from the point.
+    /// Adds a spring or damper of strength `c` that acts along the unit vector `direction`, at
+    /// `offset` from the reference point.
     pub fn add_along(&mut self, direction: DVec3, offset: DVec3, c: f64) {
         let turning = offset.cross(direction);
         self.torque_turning += outer(c * turning, turning);
@@ -39,8 +39,8 @@ impl SpatialMatrix {
         self.force_moving += outer(c * direction, direction);
     }
 
-    /// Adds an isotropic spring or damper of strength `c` that acts on translation at `offset` from
-    /// the point.
+    /// Adds an isotropic spring or damper of strength `c` that acts on translation, at `offset`
+    /// from the reference point.
     pub fn add_at(&mut self, offset: DVec3, c: f64) {
         let cross = cross_matrix(offset);
         self.torque_turning += cross * cross.transpose() * c;
@@ -48,12 +48,13 @@ impl SpatialMatrix {
         self.force_moving += DMat3::from_diagonal(DVec3::splat(c));
     }
 
-    /// Adds an isotropic spring or damper against rotation.
+    /// Adds an isotropic spring or damper of strength `c` that acts on rotation.
     pub fn add_turning(&mut self, c: f64) {
         self.torque_turning += DMat3::from_diagonal(DVec3::splat(c));
     }
 
-    /// The same matrix about another point of the body; the present point lies at `offset` from it.
+    /// Returns this matrix about another reference point. The current reference point lies at
+    /// `offset` from the new one.
     pub fn about(&self, offset: DVec3) -> Self {
         let cross = cross_matrix(offset);
         let moving = self.torque_moving + cross * self.force_moving;
@@ -65,14 +66,14 @@ impl SpatialMatrix {
         }
     }
 
-    /// All 6 × 6 numbers, rotation before translation.
+    /// Returns all 6 × 6 numbers, rotation before translation.
     pub fn to_rows(&self) -> [[f64; 6]; 6] {
         rows(&[self.torque_turning, self.torque_moving], &[self.torque_moving.transpose(), self.force_moving])
     }
 
-    /// The 6 × 6 numbers that give the wrench about this matrix's point for the twist of another
-    /// body. The twist is stated for a point of that body, from which this matrix's point lies at
-    /// `offset`.
+    /// Returns the 6 × 6 numbers that map the twist of another body to the wrench about this
+    /// matrix's reference point. This reference point lies at `offset` from the reference point of
+    /// the twist.
     pub fn across(&self, offset: DVec3) -> [[f64; 6]; 6] {
         let cross = cross_matrix(offset);
         rows(
@@ -81,7 +82,7 @@ impl SpatialMatrix {
         )
     }
 
-    /// The wrench that belongs to `twist`.
+    /// Returns the product of the matrix and `twist`.
     pub fn times(&self, twist: &Twist) -> Wrench {
         let Twist { angular, linear } = *twist;
         Wrench {
@@ -90,10 +91,11 @@ impl SpatialMatrix {
         }
     }
 
-    /// The twist that gives `wrench` (the inverse); `None` if the matrix is not positive definite,
-    /// be it only by rounding.
+    /// Returns the twist for which the product is `wrench`. `None` if the matrix is not positive
+    /// definite within rounding.
     ///
-    /// Translation is eliminated first, then rotation by its Schur complement.
+    /// The method eliminates translation first, and then solves for rotation with the Schur
+    /// complement.
     pub fn solve(&self, wrench: &Wrench) -> Option<Twist> {
         if self.force_moving.determinant() <= 0.0 {
             return None;
@@ -122,7 +124,7 @@ impl std::ops::Add for SpatialMatrix {
     }
 }
 
-/// Two rows of two blocks.
+/// Returns the 6 × 6 matrix of two rows of two blocks.
 fn rows(upper: &[DMat3; 2], lower: &[DMat3; 2]) -> [[f64; 6]; 6] {
     let mut all = [[0.0; 6]; 6];
     for (i, row) in all.iter_mut().enumerate() {
@@ -134,12 +136,12 @@ fn rows(upper: &[DMat3; 2], lower: &[DMat3; 2]) -> [[f64; 6]; 6] {
     all
 }
 
-/// a bᵀ.
+/// Returns the matrix a bᵀ.
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// The matrix of r × ….
+/// Returns the matrix of the cross product with `r` on the left.
 fn cross_matrix(r: DVec3) -> DMat3 {
     DMat3::from_cols(DVec3::new(0.0, r.z, -r.y), DVec3::new(-r.z, 0.0, r.x), DVec3::new(r.y, -r.x, 0.0))
 }
@@ -157,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spring_answers_to_the_velocity_of_its_point() {
+    fn spring_acts_on_velocity_of_its_point() {
         let mut along = SpatialMatrix::ZERO;
         along.add_along(N, R, 40.0);
         let velocity = TWIST.at(R);
@@ -181,12 +183,12 @@ mod tests {
     }
 
     #[test]
-    fn another_point_and_another_body_see_the_same_spring() {
+    fn about_and_across_describe_the_same_spring() {
         let mut spring = SpatialMatrix::ZERO;
         spring.add_along(N, R, 40.0);
         spring.add_at(-R, 7.0);
         let offset = DVec3::new(-0.4, 0.1, 0.2);
-        // The stated point lies at `offset` from the other one.
+        // The reference point of the spring lies at `offset` from the reference point of the twist.
         let seen = Twist { angular: TWIST.angular, linear: TWIST.at(offset) };
         let expected = spring.times(&seen);
         assert!(near(&spring.about(offset).times(&TWIST), &expected.about(-offset)));
@@ -196,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn solving_undoes_multiplying() {
+    fn solve_is_the_inverse_of_times() {
         let mut matrix = SpatialMatrix::of_body(0.02, DMat3::from_diagonal(DVec3::new(1e-5, 2e-5, 1.5e-5)));
         matrix.add_at(R, 1e-3);
         matrix.add_turning(1e-6);
@@ -206,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_solved_is_said() {
+    fn singular_matrices_have_no_solution() {
         let mut matrix = SpatialMatrix::ZERO;
         assert_eq!(matrix.solve(&Wrench::ZERO), None);
         matrix.add_along(N, R, 1.0);

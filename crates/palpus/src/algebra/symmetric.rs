@@ -4,8 +4,8 @@ use glam::{DMat3, DVec3};
 
 use super::tolerance::JACOBI_SWEEPS;
 
-/// The eigenvalues of a symmetric matrix in rising order, and its eigenvectors as the columns of a
-/// right-handed rotation in the same order; by Jacobi rotations.
+/// Returns the eigenvalues of a symmetric matrix in ascending order, and its eigenvectors in the
+/// same order. The eigenvectors are the columns of a rotation matrix. The method is Jacobi's.
 pub fn eigen(matrix: DMat3) -> (DVec3, DMat3) {
     let mut a = matrix.to_cols_array_2d();
     let mut v = DMat3::IDENTITY.to_cols_array_2d();
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_matrix_is_put_together_again_from_its_axes() {
+    fn eigenvalues_and_axes_restore_the_matrix() {
         let m = DMat3::from_cols_array(&[4.0, 1.0, -2.0, 1.0, 2.0, 0.5, -2.0, 0.5, 3.0]);
         let (values, axes) = eigen(m);
         let again = axes * DMat3::from_diagonal(values) * axes.transpose();

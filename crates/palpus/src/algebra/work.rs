@@ -3,18 +3,18 @@
 
 use std::cell::Cell;
 
-/// An allowance of work, and what has been spent of it.
+/// A limit of work, and the work that was done so far.
 ///
-/// One unit is about the cost of examining one pair of nodes; `tolerance` lists the cost of other
-/// steps. The engine never reads a clock to limit its work; a caller with a clock sets the
-/// allowance ([`crate::render::Pacer`]).
+/// One unit is about the cost of a test of one pair of nodes; `tolerance` lists the cost of other
+/// steps. The engine never reads a clock to limit its work. A caller with a clock sets the limit
+/// ([`crate::render::Pacer`]).
 #[derive(Debug, Default)]
 pub struct Work {
     most: Option<u64>,
     spent: Cell<u64>,
 }
 
-/// A part of an allowance: work may go on until the total reaches this.
+/// A part of the limit: work may continue until the total reaches `until`.
 #[derive(Clone, Copy, Debug)]
 pub struct Quota<'w> {
     work: &'w Work,
@@ -22,51 +22,52 @@ pub struct Quota<'w> {
 }
 
 impl Work {
-    /// There is no limit.
+    /// Creates a value without a limit.
     pub fn unlimited() -> Self {
         Self::default()
     }
 
-    /// An allowance of about `most` units; a step that has begun is still finished.
+    /// Creates a limit of about `most` units. A step that has begun is still finished. `None` means
+    /// no limit.
     pub fn of(most: Option<u64>) -> Self {
         Self { most, spent: Cell::new(0) }
     }
 
-    /// Units spent so far.
+    /// Returns the units spent so far.
     pub fn spent(&self) -> u64 {
         self.spent.get()
     }
 
-    /// Returns the quota that covers the whole allowance.
+    /// Returns the quota that covers the whole limit.
     pub fn all(&self) -> Quota<'_> {
         Quota { work: self, until: self.most.unwrap_or(u64::MAX) }
     }
 
-    /// Returns an equal share of the rest for the first of `parts` remaining parts.
+    /// Divides the remaining units into `parts` equal quotas, and returns the first.
     pub fn share(&self, parts: u64) -> Quota<'_> {
         self.all().part(parts)
     }
 }
 
 impl Quota<'_> {
-    /// Adds `units` to what has been spent.
+    /// Adds `units` to the units spent.
     #[inline]
     pub fn spend(&self, units: u64) {
         self.work.spent.set(self.work.spent.get().saturating_add(units));
     }
 
-    /// True when nothing is left.
+    /// Returns true if no units are left.
     #[inline]
     pub fn is_spent(&self) -> bool {
         self.work.spent.get() >= self.until
     }
 
-    /// Half of what is left.
+    /// Returns half of the remaining units.
     pub fn half(&self) -> Self {
         self.part(2)
     }
 
-    /// One part of so many of what is left.
+    /// Divides the remaining units into `parts` equal quotas, and returns one.
     fn part(&self, parts: u64) -> Self {
         let spent = self.work.spent.get();
         let until = if self.until == u64::MAX { u64::MAX } else { spent + self.until.saturating_sub(spent) / parts };
@@ -79,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_are_of_what_is_left() {
+    fn quotas_divide_the_remaining_units() {
         let work = Work::of(Some(100));
         let half = work.all().half();
         half.spend(50);

@@ -1,18 +1,19 @@
-//! Worker threads that the caller provides for work that can be split into independent parts: the
+//! Worker threads, which the caller provides, for work that consists of independent parts. The
 //! engine has no threads of its own.
 //!
-//! How the engine splits work depends only on the size of the work, never on the number of workers.
-//! It combines the results in the order of the parts. So the result does not depend on the workers.
+//! The split of the work depends only on its size, never on the number of workers. The engine
+//! combines the results in the order of the parts. So the final result does not depend on the
+//! workers.
 
 use std::sync::OnceLock;
 
-/// Runs the parts of a job, one after the other or at once.
+/// Runs the parts of a job, one after the other or at the same time.
 pub trait Workers: Sync {
     /// Calls `work(k)` once for each `k` below `count`, in any order and on any threads, and
-    /// returns when all are done.
+    /// returns when all calls have returned.
     ///
-    /// `finished` is called from time to time on the calling thread, with the number of finished
-    /// items; it must not decrease.
+    /// Must call `finished` from time to time on the calling thread, with the number of finished
+    /// calls. This number must not decrease.
     fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize));
 }
 
@@ -35,10 +36,10 @@ impl<W: Workers + ?Sized> Workers for &W {
     }
 }
 
-/// Returns the results of `work(k)` for each `k` below `count`, in that order; `batch` of them (at
-/// least one) form one part.
+/// Returns the results of `work(k)` for each `k` below `count`, in ascending order. One part of the
+/// job makes `batch` calls; `batch` is at least 1.
 ///
-/// `progress` gets the fraction done, rising to one.
+/// Calls `progress` with the finished fraction, which rises to 1.
 pub fn map_in_order<T: Send + Sync>(
     workers: &dyn Workers,
     count: usize,
@@ -59,8 +60,8 @@ pub fn map_in_order<T: Send + Sync>(
     );
     let mut all = Vec::with_capacity(count);
     for (part, answer) in answers.into_iter().enumerate() {
-        // Workers must not skip a part; if they do, the part is computed here, so that the result
-        // is still correct.
+        // Workers must not skip a part. If a part is missing, it is computed here, so the result is
+        // still correct.
         all.extend(answer.into_inner().unwrap_or_else(|| of_part(part)));
     }
     all
@@ -89,7 +90,7 @@ pub fn both<A: Send + Sync, B: Send + Sync>(
 mod tests {
     use super::*;
 
-    /// Two threads, the second from the end; it skips the part in the middle.
+    /// Two threads. The second thread starts at the last part and skips the part in the middle.
     struct Pair;
 
     impl Workers for Pair {
@@ -103,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_come_in_order_whoever_does_the_work() {
+    fn results_are_in_order_for_any_workers() {
         for count in [0, 1, 7, 64, 1000] {
             for batch in [0, 1, 3, 64, 2000] {
                 let expected: Vec<usize> = (0..count).map(|k| k * k).collect();
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn both_jobs_are_done_whoever_does_them() {
+    fn both_jobs_are_done_for_any_workers() {
         assert_eq!(both(&Alone, || 1, || "two"), (1, "two"));
         assert_eq!(both(&Pair, || 1, || "two"), (1, "two"));
     }

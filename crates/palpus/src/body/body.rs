@@ -1,4 +1,4 @@
-//! A body: all data of one object that are computed once and do not change afterwards.
+//! A body: all data of one object that are computed once and do not change later.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ pub struct BodySettings {
     /// Metres per unit of the model; finite and positive.
     pub scale: f64,
     /// Largest deviation of a piece from the surface, divided by the model's bounding diagonal;
-    /// from 0 to 1e-3. The deviation is needed because rounded coordinates in a file make planes
+    /// from 0 to 1e-3. A deviation is needed because rounded coordinates in a file make planes
     /// slightly uneven. See [`Self::EXACT`] and [`Self::HAPTIC`].
     pub flatness: f64,
     /// If true, each piece of a closed surface extends from its patch into the solid, until another
@@ -31,12 +31,12 @@ pub struct BodySettings {
 }
 
 impl BodySettings {
-    /// Flatness for measurements. Distances have at most this error, relative to the bounding
+    /// Flatness for measurements. The error of distances is at most this value times the bounding
     /// diagonal.
     pub const EXACT: f64 = 3e-8;
-    /// Flatness for haptic rendering: 3 µm on an object of 10 cm, which a person cannot feel. It is
-    /// large enough to merge a plane written with six digits into one face. A round peg then has 1
-    /// piece instead of 4870.
+    /// Flatness for haptic rendering: 3 µm on an object of 10 cm. A person cannot feel this
+    /// deviation. If a plane is written with six digits, this flatness merges it into one face. A
+    /// round peg then has 1 piece instead of 4870.
     pub const HAPTIC: f64 = 3e-5;
 }
 
@@ -47,7 +47,7 @@ impl Default for BodySettings {
     }
 }
 
-/// Reason why a body cannot be built from a mesh.
+/// The reason why a body cannot be built from a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BodyError {
     /// The scale is zero, negative, infinite or NaN.
@@ -81,7 +81,7 @@ pub enum BodyError {
     Hierarchy(#[from] HierarchyError),
 }
 
-/// An object that is ready for queries. It is immutable and can be shared between threads. All
+/// An object that is ready for queries. A body is immutable, and threads can share it. All
 /// coordinates are in metres, in the model's frame.
 #[derive(Clone, Debug)]
 pub struct Body {
@@ -97,8 +97,8 @@ pub struct Body {
 }
 
 impl Body {
-    /// Hash of the source files that decide which pieces a mesh gives. Do not restore parts that
-    /// were made with another fingerprint.
+    /// Hash of the source files that decide which pieces a mesh gives. Do not restore parts that an
+    /// engine with another fingerprint made.
     pub const FINGERPRINT: &str = env!("PALPUS_BODY_FINGERPRINT");
 
     /// Builds a body from the polygons of a file. Calls `progress` with the finished fraction,
@@ -111,8 +111,8 @@ impl Body {
         Self::from_soup_with(soup, settings, &Alone, progress)
     }
 
-    /// Does the same as [`Self::from_soup`] on several `workers`. The result does not depend on the
-    /// workers.
+    /// Builds the same body as [`Self::from_soup`] on several `workers`. The result does not depend
+    /// on the workers.
     pub fn from_soup_with(
         soup: &PolygonSoup,
         settings: &BodySettings,
@@ -132,7 +132,7 @@ impl Body {
         Ok(Self::finish(ground, parts, workers))
     }
 
-    /// Builds a body from a mesh. [`Self::health`] then does not list the repairs that
+    /// Builds a body from a mesh. The body's [`Self::health`] does not list the repairs that
     /// [`Mesh::from_soup`] made.
     pub fn build(mesh: Mesh, settings: &BodySettings, progress: &mut dyn FnMut(f64)) -> Result<Self, BodyError> {
         Self::assemble(Ground::of_mesh(mesh, Cleaning::default(), settings)?, settings, &Alone, progress)
@@ -195,7 +195,7 @@ impl Body {
         &self.tree
     }
 
-    /// Returns the shapes of the convex pieces.
+    /// Returns the polytopes of the convex pieces.
     pub fn polytopes(&self) -> &[Polytope] {
         &self.polytopes
     }
@@ -245,8 +245,7 @@ impl Body {
     }
 }
 
-/// A mesh and the data from which the pieces are computed. These parts of a body are quick to
-/// compute.
+/// A mesh and the data from which the pieces are computed. These data are quick to compute.
 #[derive(Clone, Debug)]
 pub struct Ground {
     mesh: Mesh,
@@ -280,7 +279,7 @@ impl Ground {
     }
 }
 
-/// The parts of a body that take long to compute; callers may cache them.
+/// The parts of a body whose computation takes long. Callers may cache them.
 #[derive(Clone, Debug)]
 pub struct BodyParts {
     /// See [`Body::polytopes`].
@@ -292,8 +291,8 @@ pub struct BodyParts {
 }
 
 impl BodyParts {
-    /// Checks that these can be the parts of a body with `triangles` triangles; the error says why
-    /// they cannot.
+    /// Checks that these parts fit a mesh of `triangles` triangles. The error describes the first
+    /// mismatch.
     fn check(&self, triangles: usize, workers: &dyn Workers) -> Result<(), &'static str> {
         let count = self.polytopes.len();
         if self.pieces.len() != count || self.hierarchy.nodes().len() != (2 * count).saturating_sub(1) {
@@ -346,8 +345,8 @@ fn convex_pieces(
     Ok(answer)
 }
 
-/// The largest allowed [`BodySettings::flatness`]. Details of a thousandth of the model's size are
-/// real features, not rounding noise.
+/// The largest allowed [`BodySettings::flatness`]. Details larger than a thousandth of the model's
+/// size are real features, not rounding noise.
 const LARGEST_FLATNESS: f64 = 1e-3;
 
 /// Fractions of the work that are finished after each stage, for the progress report. The stages
@@ -377,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn an_l_block_gives_two_pieces_outside_its_notch() {
+    fn l_block_gives_two_pieces_outside_its_notch() {
         let mut last = 0.0;
         let settings = BodySettings { scale: 0.1, ..BodySettings::default() };
         let body = Body::from_soup(&l_block(), &settings, &mut |done| {

@@ -1,8 +1,8 @@
 //! The binary tree of hulls over the pieces \[K02 §3.2, EL01\].
 //!
 //! 1. From the root down, sort the pieces along the direction in which their centroids spread most.
-//!    Split them where the cost is lowest: the sum over both parts of surface area times number of
-//!    pieces. A leaf has one piece.
+//!    Split them where the cost is lowest. The cost is the sum, over both parts, of the surface
+//!    area times the number of pieces. A leaf has one piece.
 //! 2. From the leaves up, compute each node's volume as the convex hull of its children's hull
 //!    vertices.
 //! 3. Tag a face of an inner hull as virtual, unless it coincides with an original face of a piece.
@@ -10,14 +10,14 @@
 //! 4. Compute a box and a sphere around each node's pieces, for faster tests.
 //!
 //! With several workers, `build_with` splits the top of the tree level by level. Then one worker
-//! builds each subtree below the top. Last, the workers build the hulls of the top level by level.
-//! The order of the nodes is always left subtree, right subtree, node.
+//! builds each subtree below the top. Finally, the workers build the hulls of the top, level by
+//! level. The order of the nodes is always left subtree, right subtree, node.
 //!
 //! Each part of a split has at least a fixed fraction of the pieces. Therefore the depth of the
 //! tree is logarithmic for every model, and the stack of a traversal has a bound. The split rule
-//! was chosen by the number of node pairs that a traversal visits on contacts of real meshes.
-//! Relative to a split at the median, a split at the midpoint visits 0.92 times as many pairs, and
-//! the lowest cost of step 1 visits 0.83 times as many.
+//! was chosen by the number of node pairs that a traversal visits on contacts of real meshes. A
+//! split at the midpoint visits 0.92 times as many pairs as a split at the median. A split at the
+//! lowest cost of step 1 visits 0.83 times as many pairs as a split at the median.
 //!
 //! Merging faces may cut vertices off a hull, by up to the merge distance at each level. The
 //! spheres and boxes still contain every vertex of every piece below the node. Therefore a pair of
@@ -71,7 +71,7 @@ pub struct Hierarchy {
     depth: usize,
 }
 
-/// Reason why a tree over the pieces cannot be built.
+/// The reason why a tree over the pieces cannot be built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HierarchyError {
     /// There are no pieces.
@@ -89,10 +89,10 @@ pub enum HierarchyError {
 }
 
 impl Hierarchy {
-    /// Restores a tree from its nodes, children before parents, and the hulls of its inner nodes in
-    /// the same order. Returns `None` unless the nodes form one tree and each of the `pieces`
-    /// pieces is in exactly one leaf. The caller must ensure that each volume contains the volumes
-    /// below it.
+    /// Restores a tree from its nodes and the hulls of its inner nodes. Children come before
+    /// parents, and the hulls are in the order of the nodes. Returns `None` unless the nodes form
+    /// one tree and each of the `pieces` pieces is in exactly one leaf. The caller must ensure that
+    /// each volume contains the volumes below it.
     pub fn from_parts(
         nodes: impl IntoIterator<Item = (NodeKind, Sphere, OrientedBox)>,
         hulls: Vec<Polytope>,
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn each_piece_is_in_one_leaf_and_its_ancestors() {
+    fn each_piece_is_in_one_leaf_and_ancestors() {
         let pieces = random_pieces(41);
         let tree = Hierarchy::build(&pieces, 1e-10).unwrap();
         assert_eq!(tree.nodes().len(), 2 * pieces.len() - 1);
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn inner_hull_faces_are_virtual_unless_a_piece_has_them() {
+    fn inner_hull_faces_are_virtual_unless_pieces_have_them() {
         let cube = |x: f64| {
             let corners: Vec<DVec3> = (0..8)
                 .map(|k| DVec3::new(x + f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)))
@@ -270,7 +270,7 @@ mod tests {
             assert_eq!(hull.face_count(), 9);
             assert!((0..9).all(|face| hull.face_provenance(face) == Provenance::Original));
         }
-        // Two cuboids side by side: no single piece covers a long side of the hull, and each piece
+        // Two cuboids lie side by side. No single piece covers a long side of the hull. Each piece
         // covers one end.
         let pieces = [cuboid(0.0, 1.0), cuboid(1.0, 3.0)];
         let tree = Hierarchy::build(&pieces, 1e-9).unwrap();

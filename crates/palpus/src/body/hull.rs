@@ -7,16 +7,17 @@
 //! 1. Sort the points by coordinates and drop exact duplicates. After this step the result does not
 //!    depend on the order of the given points.
 //! 2. Find four points that span a volume. If the set is too thin in one direction, the result is a
-//!    polygon; in two directions, a segment; in three directions, a point.
+//!    polygon. If the set is too thin in two or three directions, the result is a segment or a
+//!    point.
 //! 3. Run quickhull from that tetrahedron (Barber, Dobkin, Huhdanpaa 1996) with Shewchuk's exact
-//!    orientation predicate. This gives a triangulated hull that is correct for any degenerate
+//!    orientation predicate. The result is a triangulated hull, which is correct for any degenerate
 //!    input (`quickhull`).
 //! 4. Replace a hull that is thinner than the merge distance by a polygon (`polygon`).
 //! 5. Merge coplanar triangles into planar faces (`merge`), but skip each merge that would break
 //!    the topology.
 //!
-//! Deviation from the published quickhull: exact signs replace the "thick facets", and faces are
-//! merged only after the hull is complete.
+//! Two deviations from the published quickhull: exact signs replace its "thick facets", and faces
+//! are merged only after the hull is complete.
 
 mod merge;
 mod normal;
@@ -73,7 +74,7 @@ impl Hull {
     }
 }
 
-/// Reason why the hull of a point set cannot be computed.
+/// The reason why the hull of a point set cannot be computed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HullError {
     /// There are no points.
@@ -92,8 +93,8 @@ pub enum HullError {
     /// distance.
     #[error("the points do not lie in one plane")]
     NotFlat,
-    /// The exact tests contradicted each other, because some coordinates are so much smaller than
-    /// others that their products underflow.
+    /// The exact tests contradicted each other. Some coordinates are much smaller than others, and
+    /// products of these coordinates underflow.
     #[error("exact arithmetic fails: some coordinates are extremely small compared with others")]
     Inconsistent,
 }
@@ -101,10 +102,11 @@ pub enum HullError {
 /// Computes the convex hull of `points`.
 ///
 /// `coplanar` is the merge distance in model units. Hull triangles become one face if all their
-/// vertices lie within this distance of a common supporting plane. With zero, only exactly coplanar
-/// triangles become one face. No vertex moves. A given point lies above a face of a solid by at
-/// most the merge distance, and above a face of a plate by at most twice the merge distance. If the
-/// hull is a polygon, either side may become its front; [`convex_polygon`] lets the caller choose.
+/// vertices lie within this distance of a common supporting plane. If the merge distance is zero,
+/// only exactly coplanar triangles become one face. No vertex moves. A given point lies above a
+/// face of a solid by at most the merge distance. A given point lies above a face of a plate by at
+/// most twice the merge distance. If the hull is a polygon, either side may become its front. With
+/// [`convex_polygon`], the caller chooses the front.
 ///
 /// # Errors
 /// See [`HullError`]. This function never returns [`HullError::NotFlat`].
@@ -113,8 +115,8 @@ pub fn convex_hull(points: &[DVec3], coplanar: f64) -> Result<Hull, HullError> {
 }
 
 /// Computes the convex hull of points that lie in one plane within the merge distance. The hull's
-/// front is on the side to which `normal` points. `normal` need not have unit length. It only
-/// selects the side, because the plane is fitted to the points.
+/// front is on the side to which `normal` points. `normal` need not have unit length. The plane is
+/// fitted to the points, so `normal` only selects the side.
 ///
 /// # Errors
 /// Fails with [`HullError::NotFlat`] if the points do not lie in one plane, or for the same reasons
@@ -177,8 +179,8 @@ enum Span {
     Volume([u32; 4]),
 }
 
-/// Computes the hull. The front of a polygon is on the side of `front`; if that is zero, either
-/// side.
+/// Computes the hull. The front of a polygon is on the side of `front`. If `front` is zero, the
+/// front may be on either side.
 fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError> {
     match span(&cloud.points, coplanar) {
         Span::Point(p) => Ok(Hull::Point { input: cloud.inputs[p as usize] }),
@@ -195,15 +197,15 @@ fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError
                     Ok(Hull::Solid { polytope, inputs: vertices.iter().map(|&v| cloud.inputs[v as usize]).collect() })
                 }
                 Err(Unmergeable { collinear }) if collinear.is_empty() => Err(HullError::Inconsistent),
-                // Without these points the hull is smaller only by rounding errors. Each call has
-                // fewer points, so the recursion ends.
+                // Without the collinear points, the hull is smaller only by rounding errors. Each
+                // call has fewer points, so the recursion ends.
                 Err(Unmergeable { collinear }) => hull_of(&cloud.without(&collinear), coplanar, front),
             }
         }
     }
 }
 
-/// Finds the affine hull within the merge distance `coplanar`. Picks two points far apart, a third
+/// Finds the affine hull within the merge distance `coplanar`. Picks two distant points, a third
 /// point far from their line, and a fourth point far from their plane.
 fn span(points: &[DVec3], coplanar: f64) -> Span {
     let (p, q) = distant_pair(points);
@@ -324,7 +326,7 @@ fn plate(cloud: &Cloud, normal: DVec3, front: DVec3, coplanar: f64) -> Result<Hu
     let fitted = polygon::fitted_normal(&vertices, normal);
     let polytope =
         Polytope::from_polygon(vertices, fitted, Provenance::Original).map_err(|_| HullError::Inconsistent)?;
-    // Checks only the topology: the points lie in a plane only within the merge distance, so their
+    // Checks only the topology. The points lie in a plane only within the merge distance, so their
     // heights above the rims have no bound.
     debug_assert_eq!(polytope.validate_topology(), Ok(()));
     Ok(Hull::Polygon { polytope, inputs: corners.iter().map(|&v| cloud.inputs[v as usize]).collect() })

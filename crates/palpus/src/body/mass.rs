@@ -2,9 +2,9 @@
 //!
 //! 1. For a closed mesh, sum over the signed tetrahedra between a reference point and all triangles
 //!    (B. Mirtich, *Fast and accurate computation of polyhedral mass properties*, 1996, in the
-//!    form of J. Blow and A. Binstock, *How to find the inertia tensor*, 2004). In the first pass
-//!    the reference point is the middle of the bounding box. In the second pass it is the centre of
-//!    mass from the first pass. Therefore a model far from its origin loses no precision.
+//!    form of J. Blow and A. Binstock, *How to find the inertia tensor*, 2004). In the first pass,
+//!    the reference point is the middle of the bounding box. In the second pass, it is the
+//!    centre of mass from the first pass. Therefore a model far from its origin loses no precision.
 //! 2. For an open mesh, or a mesh that encloses no volume, use the properties of its convex hull.
 //! 3. If the hull is flat, use the properties of a thin sheet over the mesh's triangles.
 //!
@@ -183,8 +183,8 @@ mod tests {
         let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let soup = PolygonSoup::from_triangles(corners, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);
         let mass = MassProperties::new(&Mesh::from_soup(&soup).unwrap().0);
-        // About the right-angled corner ∫x² = 1/60 and ∫xy = 1/120. Steiner's theorem moves them to
-        // the centroid.
+        // About the right-angled corner, ∫x² = 1/60 and ∫xy = 1/120. Steiner's theorem moves them
+        // to the centroid.
         let (own, product) = (1.0 / 60.0 - 1.0 / 96.0, 1.0 / 120.0 - 1.0 / 96.0);
         let inertia = DMat3::from_cols(
             DVec3::new(2.0 * own, -product, -product),

@@ -9,7 +9,7 @@
 //!    without area whose middle corner lies on its longest side. Drop all other triangles without
 //!    area.
 //! 5. Split the mesh into components. Flip triangles until the orientations within each component
-//!    agree, and flip closed components that are inside out.
+//!    agree. Flip closed components that are inside out.
 //!
 //! [`Cleaning`] counts each of these changes. A vertex moves only if it is welded onto another
 //! vertex.
@@ -33,7 +33,7 @@ use orient::{Orientation, orient};
 use triangulate::{Cut, triangulate};
 use weld::{drop_duplicates, drop_empty, unbend_caps, weld};
 
-/// Reason why a mesh cannot be built from a soup.
+/// The reason why a mesh cannot be built from a soup.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// A coordinate is NaN or infinite.
@@ -45,7 +45,7 @@ pub enum MeshError {
         position: DVec3,
     },
     /// A coordinate is larger than [`tolerance::LARGEST_COORDINATE`].
-    #[error("vertex {vertex} is absurdly far away: {position}")]
+    #[error("vertex {vertex} is too far from the origin: {position}")]
     TooFar {
         /// Index of the vertex, counted from 0.
         vertex: usize,
@@ -54,7 +54,7 @@ pub enum MeshError {
     },
     /// The bounding box of all vertices that faces use is smaller than
     /// [`tolerance::SMALLEST_EXTENT`].
-    #[error("the whole model is only {extent:e} units across")]
+    #[error("the model is too small: its largest extent is {extent:e} units")]
     TooSmall {
         /// Longest side of the bounding box, in model units.
         extent: f64,
@@ -78,14 +78,14 @@ pub enum MeshError {
     /// There is no face.
     #[error("the model has no faces")]
     Empty,
-    /// There are faces, but all of them have zero area.
-    #[error("none of the {faces} faces has any area")]
+    /// There are faces, but every face has zero area.
+    #[error("all {faces} faces have zero area")]
     NoArea {
         /// Number of faces.
         faces: usize,
     },
     /// There are more vertices or face corners than 32-bit indices of triangle sides can address.
-    #[error("{count} vertices or face corners are too many")]
+    #[error("the model has too many vertices or face corners: {count}")]
     TooMany {
         /// The count that is too large.
         count: usize,
@@ -102,12 +102,13 @@ pub struct Cleaning {
     /// Polygons, including triangles, that were dropped because they have no area or fewer than
     /// three different corners.
     pub degenerate_faces: usize,
-    /// Polygons that cross themselves. They are cut into triangles, but these cover no well-defined
-    /// region.
+    /// Polygons that cross themselves. These polygons are cut into triangles, but the triangles
+    /// cover no well-defined region.
     pub self_crossing_faces: usize,
     /// Triangles that were dropped because an earlier triangle has the same three corners.
     pub duplicate_triangles: usize,
-    /// Triangles without area that were removed by cutting a neighbour in two. This opens no gap.
+    /// Triangles without area that were removed by cutting a neighbour in two. The removal opens no
+    /// gap.
     pub exchanged_triangles: usize,
     /// Triangles that were dropped because they have no area.
     pub empty_triangles: usize,
@@ -120,7 +121,7 @@ pub struct Cleaning {
 }
 
 /// A triangle mesh. Every triangle has a positive area, and no two triangles have the same three
-/// corners. The normals of closed components point out of the solid; on the wall of a cavity they
+/// corners. The normals of closed components point out of the solid. On the wall of a cavity, they
 /// point into the cavity. A mesh may be open, non-manifold or self-intersecting;
 /// [`Health`](super::Health) lists these defects.
 #[derive(Clone, Debug)]
@@ -250,8 +251,8 @@ impl Mesh {
         a + ((b - a) + (c - a)) / 3.0
     }
 
-    /// Returns the barycentric coordinates of the point of triangle `t` that is nearest to `p`.
-    /// They are not negative, and their sum is 1.
+    /// Returns the barycentric coordinates of the point of triangle `t` that is nearest to `p`. The
+    /// coordinates are not negative, and their sum is 1.
     pub fn corner_weights(&self, t: u32, p: DVec3) -> DVec3 {
         let corners = self.triangle_points(t);
         let p = closest_on_triangle(p, corners[0], corners[1], corners[2]);
@@ -269,9 +270,9 @@ impl Mesh {
         if squared(2) > squared(best) { 2 } else { best }
     }
 
-    /// Returns the cross product of the two shorter sides after division by a scale, and that
-    /// scale. The two shorter sides give the smallest rounding error. The scale is their largest
-    /// coordinate difference.
+    /// Divides the two shorter sides by a scale, and returns their cross product and the scale. The
+    /// two shorter sides give the smallest rounding error. The scale is the largest coordinate
+    /// difference of these sides.
     fn scaled_area(&self, t: u32) -> (DVec3, f64) {
         let p = self.triangle_points(t);
         let k = self.longest_side(t);
@@ -288,7 +289,7 @@ impl Mesh {
     }
 }
 
-/// Checks the conditions of the later steps. Returns for each vertex whether a face uses it.
+/// Checks the conditions that the later steps need. Returns for each vertex whether a face uses it.
 fn validate(soup: &PolygonSoup) -> Result<Vec<bool>, MeshError> {
     let largest = u32::MAX as usize / 3;
     for count in [soup.vertices.len(), soup.face_vertices.len()] {
@@ -366,8 +367,8 @@ fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Ve
     (triangles, sources)
 }
 
-/// Returns the vertices that `triangles` use, in order, and renumbers the corners of the triangles
-/// accordingly.
+/// Returns the vertices that `triangles` use, in their old order. Changes the vertex indices of the
+/// triangles to the new list.
 fn compact(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
     let mut number = vec![u32::MAX; vertices.len()];
     for &v in triangles.iter().flatten() {

@@ -1,5 +1,5 @@
-//! Everything that is computed once per object: its mesh, convex pieces, hierarchy of hulls and
-//! mass properties \[K02 §3.2\].
+//! All data that are computed once per object: its mesh, convex pieces, hierarchy of hulls and mass
+//! properties \[K02 §3.2\].
 
 mod aabb;
 #[expect(clippy::module_inception, reason = "the room is named after its main type")]

@@ -3,10 +3,10 @@
 //! 1. Compute the hull of the patch's vertices. The hull of a flat patch is a plate whose front
 //!    faces outward.
 //! 2. Find which facets of the patch cover which faces of the hull. A part of a facet covers a face
-//!    if it lies in the face's plane and within its sides.
+//!    if it lies in the face's plane and within the face's sides.
 //! 3. Tag a face as original if facets cover at least half of its area, else as virtual. A face may
 //!    be partly covered, because the hull can bridge a gap between coplanar facets. With a limit of
-//!    one half, the tag is right for the larger part of the face.
+//!    one half, the tag is correct for the larger part of the face.
 
 pub(super) mod admissible;
 
@@ -82,8 +82,8 @@ impl Piece {
 /// Builds the polytope over a patch and its inner corners (see `thicken`), and finds its mesh
 /// triangles.
 ///
-/// If the hull with the inner corners cannot be built, or if a facet is not on it, the function
-/// builds the piece without inner corners.
+/// If the hull with the inner corners cannot be built, or if a facet does not lie on this hull, the
+/// function builds the piece without inner corners.
 pub(crate) fn build_piece(
     surface: &Surface<'_>,
     facets: &Facets,
@@ -130,8 +130,8 @@ fn hull_and_ties(
     Ok((polytope, piece))
 }
 
-/// Computes the hull of a patch's vertices. If they are nearly coplanar, the result is a plate
-/// whose front is on the side of `outward`.
+/// Computes the hull of a patch's vertices. If the vertices are nearly coplanar, the result is a
+/// plate whose front is on the side of `outward`.
 fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polytope, Vec<u32>), HullError> {
     let up = outward.normalize_or_zero();
     let (low, high) = points
@@ -139,8 +139,8 @@ fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polyto
         .map(|p| up.dot(*p))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
     let thin = high - low <= FLAT_PATCH * noise;
-    // If the hull has no area within the tolerance, try again with exact signs. A thin triangle may
-    // be narrower than the tolerance.
+    // A thin triangle may be narrower than the tolerance, and its hull then has no area. In this
+    // case, try again with exact signs.
     for coplanar in [if thin { FLAT_PATCH * noise } else { noise }, 0.0] {
         let hull = match convex_hull(points, coplanar)? {
             Hull::Polygon { .. } => convex_polygon(points, outward, coplanar)?,
@@ -174,8 +174,8 @@ fn lay_facets(
     let mut faces: Vec<u32> = Vec::new();
     let mut polygon: Vec<DVec3> = Vec::new();
     for &facet in &patch.facets {
-        // If corners of the facet are hull vertices, only the faces at these corners can be
-        // covered. Otherwise all faces are tested.
+        // If corners of the facet are hull vertices, the facet can cover only faces at these
+        // corners. Otherwise all faces are tested.
         faces.clear();
         let corners = facets.corners(facet).iter();
         faces.extend(corners.filter_map(|&v| vertex_of(v)).flat_map(|v| polytope.ring(v)).map(|spoke| spoke.left));

@@ -1,7 +1,7 @@
-//! The shape of a convex piece: a closed convex polytope with the adjacency that walks over its
-//! surface need \[K02 §3.2, §3.3\].
+//! The shape of a convex piece: a closed convex polytope with the adjacency data for walks over its
+//! surface \[K02 §3.2, §3.3\].
 //!
-//! Faces are merged planar polygons, so that every arc of the Gauss map has a positive length.
+//! Coplanar faces are merged into one polygon, so every arc of the Gauss map has a positive length.
 //! Adjacency is stored in flat, contiguous rings and loops:
 //!
 //! * Each vertex has a ring of [`Spoke`]s, counter-clockwise as seen from outside.
@@ -9,17 +9,18 @@
 //! * Each face has a loop of vertices and a loop of edges, counter-clockwise as seen from outside.
 //!
 //! A body can have hundreds of thousands of small polytopes, so the memory of each one matters.
-//! Lists have no spare capacity. All indices of a polytope are in one list, with 16 bits each if
-//! all of them fit (`numbers`). `build` creates polytopes, and restores them from stored parts.
+//! Lists have no spare capacity. All indices of a polytope are in one list. The indices have 16
+//! bits each if all of them fit (`numbers`). The module `build` creates polytopes, and restores
+//! them from stored parts.
 //!
-//! A flat piece is a *plate*. It has a front polygon, a back polygon, and a *rim* along each side.
-//! A rim is a face of zero width. Its normal points outward in the plate's plane, and its loop has
-//! two vertices.
+//! A flat piece is a *plate*. A plate has a front polygon, a back polygon, and a *rim* along each
+//! side. A rim is a face of zero width. Its normal points outward in the plate's plane, and its
+//! loop has two vertices.
 //!
 //! With rims, the surface of a plate has the topology of a sphere, like any other polytope: V − E +
-//! F = n − 2n + (n + 2) = 2. Each arc of its Gauss map is a quarter circle, whereas the half circle
-//! between front and back would be ambiguous. The plane of a rim is a supporting plane. Therefore
-//! walks need no special case for plates.
+//! F = n − 2n + (n + 2) = 2. Each arc of the plate's Gauss map is a quarter circle. Without rims,
+//! the arcs between front and back would be half circles, whose course is ambiguous. The plane of a
+//! rim is a supporting plane. Therefore walks need no special case for plates.
 
 mod build;
 mod climb;
@@ -73,7 +74,7 @@ pub struct Edge {
     pub right: u32,
 }
 
-/// Reason why faces do not form a polytope.
+/// The reason why faces do not form a polytope.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PolytopeError {
     /// An edge does not have exactly one face on either side.
@@ -103,10 +104,15 @@ pub struct Polytope {
     flat: bool,
 }
 
-/// All indices of a polytope in one list. It consists of these parts, in this order: the start of
-/// each face's loop of vertices (one entry more than faces), the start of each vertex's ring of
-/// spokes (one entry more than vertices), the vertices of the loops, the edges of the loops, the
-/// spokes, the edges, and one bit per face that is set if the face is original.
+/// All indices of a polytope in one list. The list has these parts, in this order:
+///
+/// 1. The start of each face's loop of vertices (one entry more than faces).
+/// 2. The start of each vertex's ring of spokes (one entry more than vertices).
+/// 3. The vertices of the loops.
+/// 4. The edges of the loops.
+/// 5. The spokes.
+/// 6. The edges.
+/// 7. One bit per face, which is set if the face is original.
 #[derive(Clone, Debug)]
 struct Lists {
     all: Numbers,
@@ -116,7 +122,8 @@ struct Lists {
     edges: u32,
     /// Offset of the bits of the faces.
     originals: u32,
-    /// Number of corners of all loops. It is also the offset from a loop's vertices to its edges.
+    /// Number of corners of all loops. This number is also the offset from a loop's vertices to its
+    /// edges.
     corners: u32,
 }
 
@@ -172,8 +179,8 @@ impl Lists {
 const FACES_A_WORD: u32 = 16;
 
 impl Polytope {
-    /// Returns this polytope with new provenances. Calls `of` with the polytope and the face to get
-    /// the provenance of each face. Rims stay virtual, and `of` is not called for them.
+    /// Returns this polytope with new provenances. Calls `of` with the polytope and a face to get
+    /// the provenance of the face. Rims stay virtual, and `of` is not called for them.
     pub fn with_provenance(mut self, of: impl Fn(&Self, u32) -> Provenance) -> Self {
         for f in 0..self.planes.len() as u32 {
             let provenance = if self.is_rim(f) { Provenance::Virtual } else { of(&self, f) };
@@ -237,16 +244,16 @@ impl Polytope {
     }
 
     /// Returns the bulge (m): the largest distance of a vertex from the plane of an adjacent face,
-    /// or of a neighbouring vertex above that plane. It bounds how far a face's plane differs from
-    /// a supporting plane. It consists of rounding errors only, unless faces were merged that are
-    /// not exactly coplanar.
+    /// or of a neighbouring vertex above that plane. The bulge bounds how far a face's plane
+    /// differs from a supporting plane. The bulge consists only of rounding errors, unless the
+    /// merged faces were not exactly coplanar.
     #[inline]
     pub fn bulge(&self) -> f64 {
         self.bulge
     }
 
     /// Returns true if a climb along edges can end at a vertex that is not the highest one. There
-    /// are two reasons: faces were merged that are not exactly coplanar, or an edge is so
+    /// are two possible reasons. The merged faces were not exactly coplanar, or an edge is so
     /// short that its direction consists of rounding errors.
     #[inline]
     pub fn is_rough(&self) -> bool {
@@ -285,7 +292,8 @@ impl Polytope {
         if self.lists.is_original(f) { Provenance::Original } else { Provenance::Virtual }
     }
 
-    /// Returns the provenance of edge `e`. It is original if at least one of its faces is original.
+    /// Returns the provenance of edge `e`. An edge is original if at least one of its faces is
+    /// original.
     #[inline]
     pub fn edge_provenance(&self, e: u32) -> Provenance {
         let Edge { left, right, .. } = self.edge(e);
@@ -293,8 +301,8 @@ impl Polytope {
         if original { Provenance::Original } else { Provenance::Virtual }
     }
 
-    /// Returns the mean of the vertices, in the body's frame. It is in the interior of a solid, or
-    /// on a plate.
+    /// Returns the mean of the vertices, in the body's frame. The mean is in the interior of a
+    /// solid, or on a plate.
     #[inline]
     pub fn centroid(&self) -> DVec3 {
         self.centroid
@@ -368,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn rings_of_a_box_and_a_plate_are_complete() {
+    fn rings_of_box_and_plate_are_complete() {
         assert_rings(&unit_box());
         let corners = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
         let plate = Polytope::from_polygon(corners, DVec3::Z, Provenance::Original).unwrap();

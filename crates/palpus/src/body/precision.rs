@@ -2,17 +2,18 @@
 //!
 //! A plane that is written with six digits is not exactly flat. The error of each vertex is up to
 //! half a unit of the last digit. Therefore neighbouring triangles meet at small angles, and about
-//! half of the edges are reflex. If the coordinates are assumed to be exact, a round peg of 24 000
-//! triangles gives 4900 pieces. If rounding is taken into account, it gives one piece.
+//! half of the edges are reflex. If the coordinates are treated as exact, a round peg of 24 000
+//! triangles gives 4900 pieces. If rounding is taken into account, the peg gives one piece.
 //!
 //! 1. If every coordinate is a 32-bit float, the step is the spacing of 32-bit floats at the
 //!    largest coordinate.
 //! 2. Otherwise the coordinates are decimal numbers. A file writes them with a fixed number of
-//!    decimal places or a fixed number of significant digits. Count both over all coordinates; each
-//!    count gives a step at the largest coordinate. The result is the larger step. If a coordinate
-//!    has fifteen or more digits, the coordinates were computed, and the step is zero.
+//!    decimal places or a fixed number of significant digits. Find the largest number of decimal
+//!    places and the largest number of significant digits over all coordinates. Each of these
+//!    numbers gives a step at the largest coordinate. The result is the larger step. If a
+//!    coordinate has fifteen or more digits, the coordinates were computed, and the step is zero.
 //!
-//! If a model was written by hand with few digits, this step is too large. Therefore any
+//! If a person wrote the model with few digits, this step is too large. Therefore each
 //! tolerance that depends on the step needs an upper limit.
 
 use glam::DVec3;
@@ -43,7 +44,7 @@ pub(crate) fn coordinate_step(vertices: &[DVec3]) -> f64 {
 struct Written {
     /// Number of significant digits.
     digits: i32,
-    /// The first digit has the value of 10^exponent.
+    /// Exponent of the first significant digit: its place value is 10^exponent.
     exponent: i32,
 }
 
@@ -66,7 +67,8 @@ mod tests {
 
     #[test]
     fn the_step_follows_from_the_digits() {
-        // Six decimal places, then six significant digits; some of the values need fewer.
+        // The first line has six decimal places, and the second has six significant digits. Some
+        // values need fewer digits.
         assert!((step(&[0.042578, -0.0012, 0.523117]) / 1e-6 - 1.0).abs() < 1e-9);
         assert!((step(&[15.4805, 2e-6, 0.564674, 3.0]) / 1e-4 - 1.0).abs() < 1e-9);
         assert!((step(&[f64::from(0.1_f32), 2.0]) / 2.0_f64.powi(-22) - 1.0).abs() < 1e-9);

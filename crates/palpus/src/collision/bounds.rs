@@ -1,27 +1,27 @@
-//! Cheap conservative bounds in front of hull tests.
+//! Cheap lower bounds of distances, tested before hulls.
 //!
 //! Each function returns a *lower bound* of the distance between two node volumes. A bound may be
-//! negative or loose, but is never above the true distance. The bounds only save work: pairs that
-//! they cannot exclude are decided by the hulls.
+//! negative or loose, but it never exceeds the true distance. The bounds only save work: a
+//! pair that they cannot exclude is tested by its hulls.
 
 use glam::{DMat3, DVec3};
 
 use crate::algebra::Placement;
 use crate::body::{OrientedBox, Sphere};
 
-/// Lower bound of the distance between two spheres; `pose_ba` places a's frame in b's.
+/// Returns a lower bound of the distance between two spheres; `pose_ba` places a's frame in b's.
 #[inline]
 pub(crate) fn sphere_gap(a: &Sphere, b: &Sphere, pose_ba: &Placement) -> f64 {
     pose_ba.point(a.center).distance(b.center) - a.radius - b.radius
 }
 
-/// Lower bound of the distance between two oriented boxes: the widest gap along the fifteen
-/// separating axes.
+/// Returns a lower bound of the distance between two oriented boxes: the widest gap along the
+/// fifteen separating axes.
 ///
-/// Ends early once a gap above `enough` is found, since no caller asks for more.
-/// After Gottschalk, Lin, Manocha, *OBB-Tree*, 1996, with gaps instead of signs.
+/// Ends early when a gap exceeds `enough`. After Gottschalk, Lin, Manocha, *OBB-Tree*, 1996, with
+/// gaps instead of signs.
 pub(crate) fn box_gap(a: &OrientedBox, b: &OrientedBox, pose_ba: &Placement, enough: f64) -> f64 {
-    // Everything in b's box frame: columns of `r` are a's axes.
+    // All vectors are in the frame of b's box. The columns of `r` are a's axes.
     let to_box = b.axes.transpose();
     let r = to_box * (pose_ba.rotation * a.axes);
     let t = to_box * (pose_ba.point(a.center) - b.center);
@@ -39,7 +39,7 @@ pub(crate) fn box_gap(a: &OrientedBox, b: &OrientedBox, pose_ba: &Placement, eno
     if widest > enough {
         return widest;
     }
-    // The nine edge pairs; the axis is not unit, so the gap is divided by its length.
+    // The nine edge pairs. The axis is not unit, so the gap is divided by the axis's length.
     for (k, (axis_a, absolute_a)) in
         [(r.x_axis, absolute.x_axis), (r.y_axis, absolute.y_axis), (r.z_axis, absolute.z_axis)].into_iter().enumerate()
     {
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_never_wider_than_the_distance_of_any_two_points_and_opens_when_far() {
+    fn gap_is_a_lower_bound_of_the_distance() {
         let mut random = Random::new(SEED);
         for case in 0..2000 {
             let mut vector = || random.vector();

@@ -1,4 +1,5 @@
-//! Edges against edges, and an edge clipped to the prism over a face \[Mirtich 1998, §3\].
+//! Closest points of two edges, and of an edge and a face, by clipping the edge to the prism over
+//! the face \[Mirtich 1998, §3\].
 
 use glam::DVec3;
 
@@ -7,21 +8,21 @@ use crate::algebra::closest_segment_segment;
 use crate::algebra::tolerance::NEARLY_PARALLEL;
 use crate::body::{Edge, Polytope};
 
-/// Closest points of two segments as parameters; 0 and 1 exactly when clamped.
+/// Closest points of two segments as parameters. A clamped parameter is exactly 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SegmentParameters {
-    /// On the first segment.
+    /// Parameter on the first segment.
     pub(super) s: f64,
-    /// On the second segment.
+    /// Parameter on the second segment.
     pub(super) t: f64,
 }
 
-/// The closest points of the segments `p + s d` and `q + t e`, s and t in \[0, 1\].
+/// Returns the closest points of the segments `p + s d` and `q + t e`, with s and t in \[0, 1\].
 ///
-/// The least-squares system is solved by orthogonalising `d` against `e` instead of by its
-/// determinant, and once more for the remainder when the segments are nearly parallel. The residual
-/// then is of the order of rounding, whatever the angle \[Ericson, *Real-Time Collision Detection*,
-/// §5.1.9, loses half of the digits at 1e-8 rad\].
+/// The least-squares system is solved by orthogonalising `d` against `e`, not by its determinant.
+/// For nearly parallel segments, the remainder is solved once more. So the residual is of the
+/// order of rounding at any angle. (The method of Ericson, *Real-Time Collision Detection*, §5.1.9,
+/// loses half of the digits at 1e-8 rad.)
 #[inline]
 pub(super) fn closest_parameters(p: DVec3, d: DVec3, q: DVec3, e: DVec3) -> SegmentParameters {
     let r = p - q;
@@ -47,25 +48,25 @@ pub(super) fn closest_parameters(p: DVec3, d: DVec3, q: DVec3, e: DVec3) -> Segm
     SegmentParameters { s: ((e * t - r).dot(d) / dd).clamp(0.0, 1.0), t }
 }
 
-/// The point of the part of an edge over a face that is nearest to the face's plane.
+/// Position of the point that is nearest to a face's plane, on the part of an edge over the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum OverFace {
     /// The edge crosses the face.
     Crosses,
-    /// At the edge's first end.
+    /// The point is the edge's first end.
     Tail,
-    /// At the edge's second end.
+    /// The point is the edge's second end.
     Head,
-    /// The point at which the edge enters or leaves the prism over this side (index into the face's
-    /// loop), or the side on which it misses the prism.
+    /// The edge enters, leaves or misses the prism over this side (index into the face's loop).
     Side(usize),
 }
 
-/// Clips the edge `tail`–`head` (in the polytope's frame) to the prism over face `f` (a rim has
-/// none), and finds where the clipped edge is nearest to the face.
+/// Clips the edge `tail`–`head` (in the polytope's frame) to the prism over face `f`, and finds the
+/// point of the clipped edge nearest to the face. `f` must not be a rim of a plate, since a rim has
+/// no prism.
 ///
 /// `hint` is a point of the edge. If the edge misses the prism, the result is the side of the face
-/// nearest to that point; without a hint, the side nearest to the edge.
+/// nearest to `hint`, or without a hint, the side nearest to the edge.
 #[inline]
 pub(super) fn over_face(
     polytope: &Polytope,
@@ -114,7 +115,8 @@ pub(super) fn over_face(
     if at_low * at_high <= 0.0 || at_low.abs().min(at_high.abs()) <= touching {
         return OverFace::Crosses;
     }
-    // Nearest to the plane: the lower end when above it, the higher one when below.
+    // The point nearest to the plane is the lower end of an edge above the plane, and the higher
+    // end of an edge below it.
     if (at_head > at_tail) == (at_low > 0.0) {
         low_side.map_or(OverFace::Tail, OverFace::Side)
     } else {

@@ -5,7 +5,7 @@ use crate::algebra::tolerance::{WORK_MARCH, WORK_STEP};
 /// Cost of a search for near pairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalCounters {
-    /// Node pairs looked at, by bounds or hulls.
+    /// Node pairs that were examined by bounds or hulls.
     pub node_pairs: u32,
     /// Distance marches between hulls of inner nodes.
     pub hull_tests: u32,
@@ -13,38 +13,40 @@ pub struct TraversalCounters {
     pub leaf_tests: u32,
     /// Steps of all marches.
     pub march_steps: u32,
-    /// Marches that gave up, so that the fallback (GJK) gave the result.
+    /// Marches without a result; the fallback (GJK) gave the result.
     pub march_fallbacks: u32,
-    /// Leaf pairs within tolerance that were left out because there was no room: the least deep
-    /// ones.
+    /// Leaf pairs within tolerance that were left out because there was no room. The deepest pairs
+    /// are kept.
     pub dropped: u32,
     /// Pairs of the front that were due and measured.
     pub woken: u32,
-    /// Pairs of the front that were split, and that were merged back.
+    /// Pairs of the front that were split.
     pub split: u32,
-    /// See `split`.
+    /// Pairs of the front that were merged back.
     pub merged: u32,
-    /// Pairs that were searched without stored data, because the front had no room to split them.
+    /// Pairs that were searched without cached data, because the front had no room to split them.
     pub crowded: u32,
-    /// Pairs of the front that were due or awake and were left for the next query, since the work
-    /// allowed was done.
+    /// Pairs of the front that should have been measured, but were postponed to the next query
+    /// because the work limit was reached.
     pub postponed: u32,
-    /// Pairs within tolerance at rest: their contacts are extrapolated from an earlier query.
+    /// Pairs within tolerance that were not measured: their contacts are extrapolated from an
+    /// earlier query.
     pub resting: u32,
-    /// Pairs that were due and for which a stored point bound was enough.
+    /// Due pairs for which a stored point gave a sufficient bound.
     pub bounded_by_point: u32,
-    /// Represented pairs that were due and whose gap was computed from support vertices.
+    /// Due represented pairs whose gap was computed from support vertices.
     pub bounded_by_supports: u32,
-    /// Node pairs in the tree down to the front's cut.
+    /// Node pairs of the tree that the front stores.
     pub front: u32,
     /// Leaf pairs of the front within tolerance.
     pub near: u32,
-    /// 1 if the front began anew: in the first query, after a jump, or after it was cleared.
+    /// 1 if the front started from the roots: in the first query, after a jump, or after it was
+    /// cleared.
     pub restarted: u32,
 }
 
 impl TraversalCounters {
-    /// Total cost, in units of [`crate::algebra::Work`].
+    /// Returns the total cost, in units of [`crate::algebra::Work`].
     pub fn work(&self) -> u64 {
         let marches = WORK_MARCH * (u64::from(self.hull_tests) + u64::from(self.leaf_tests));
         u64::from(self.node_pairs) + marches + WORK_STEP * u64::from(self.march_steps)

@@ -59,7 +59,7 @@ use super::wakes::{BLOCK, WakeBoard};
 use super::{
     Closest, LeafPair, LeafPairs, March, PlacedPair, Proximity, Side, StopReason, TraversalCounters, WarmStart,
 };
-use crate::algebra::tolerance::{JUMP, PACE_FADE};
+use crate::algebra::tolerance::{JUMP, MERGE_CLEARANCE, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
@@ -81,6 +81,10 @@ pub struct Front {
     motion_bound: MotionBound,
     /// Thicknesses of a and of b.
     thickness: [Thickness; 2],
+    /// Thickness of the thinnest piece of the pair at each place, model units.
+    thinnest_at: Vec<f32>,
+    /// The least of these in each block of places.
+    thinnest_in: Vec<f32>,
     /// Places of leaf pairs within tolerance.
     awake: Vec<u32>,
     /// First places of pairs of halves that were merged.
@@ -101,6 +105,8 @@ pub struct Front {
     late: usize,
     /// Places on the way into `awake`.
     sorted: [Vec<u32>; 2],
+    /// Halves may be merged if their wake values are at least this.
+    merged_from: u64,
     rest_share: f64,
     /// Rests from before this sum of the motion bound are over.
     rests_from: u64,
@@ -135,6 +141,8 @@ impl Front {
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
             thickness: [Thickness::of(a), Thickness::of(b)],
+            thinnest_at: vec![f32::INFINITY; places],
+            thinnest_in: vec![f32::INFINITY; places / BLOCK],
             awake: Vec::with_capacity(places),
             free: Vec::with_capacity(places / 2),
             fresh: 2,
@@ -146,6 +154,7 @@ impl Front {
             unvisited: 0,
             late: 0,
             sorted: [(); 2].map(|()| Vec::with_capacity(places)),
+            merged_from: 0,
             rest_share: 0.0,
             rests_from: 0,
             represented: 0,
@@ -184,6 +193,7 @@ impl Front {
         found.clear();
         self.move_on(query, &mut counters);
         self.part_represented();
+        self.merged_from = self.motion_bound.due(MERGE_CLEARANCE * query.tolerance);
         let before = self.awake.len();
         // If no pair is awake, the due pairs get all of the quota.
         let done = match before {
@@ -314,7 +324,7 @@ impl Front {
         self.first_block = 0;
         self.was_crowded = false;
         (self.represented, self.is_mixed) = (0, false);
-        self.pairs[0] = Pair::of(query.a.hierarchy.root(), query.b.hierarchy.root(), NONE);
+        self.occupy(0, [query.a.hierarchy.root(), query.b.hierarchy.root()], NONE);
         // A wake value of 0 is due at any sum above 0.
         self.motion_bound.spend(0.0);
         self.wakes.set(0, 0);
@@ -326,9 +336,15 @@ impl Front {
     /// Returns false for a pair whose pieces are all thicker than the query's limit.
     #[inline]
     fn is_wanted(&self, query: &PlacedPair<'_>, place: u32) -> bool {
-        let Pair { a, b, .. } = self.pairs[place as usize];
-        query.thinner_than == f64::INFINITY
-            || self.thickness[0].of_node(a).min(self.thickness[1].of_node(b)) < query.thinner_than
+        query.wants(self.thinnest_at[place as usize])
+    }
+
+    /// Occupies a place with the pair of these nodes, which is a half of the pair at `parent`.
+    fn occupy(&mut self, place: u32, [a, b]: [u32; 2], parent: u32) {
+        self.pairs[place as usize] = Pair::of(a, b, parent);
+        self.thinnest_at[place as usize] = self.thickness[0].of_node(a).min(self.thickness[1].of_node(b));
+        let (block, begin) = (place as usize / BLOCK, place as usize & !(BLOCK - 1));
+        self.thinnest_in[block] = self.thinnest_at[begin..begin + BLOCK].iter().copied().fold(f32::INFINITY, f32::min);
     }
 
     /// Blocks of the board that are in use.

@@ -1,20 +1,21 @@
-//! Distance of two convex polytopes by Gilbert, Johnson and Keerthi's algorithm: the fallback of
-//! the march, and the reference in its tests.
+//! Distance of two convex polytopes by the algorithm of Gilbert, Johnson and Keerthi. It is the
+//! fallback of the march, and the reference in the march's tests.
 //!
-//! 1. A *corner* is a point of the CSO `A ⊖ B`: a support vertex of a minus one of b. Begin with
-//!    one corner, from the vertices of the features that the caller names.
-//! 2. Find the point `v` of the simplex of corners nearest to the origin, and keep only the corners
-//!    that carry it.
-//! 3. When `v` is the origin (within touching), or four corners enclose it, the polytopes overlap.
+//! 1. A *corner* is a point of the CSO `A ⊖ B`: a support vertex of a minus a support vertex of b.
+//!    Begin with one corner, from vertices of the features that the caller passes.
+//! 2. Find the point `v` of the simplex of corners nearest to the origin. Keep only the corners
+//!    whose weight in `v` is positive.
+//! 3. If `v` is the origin (within touching distance), or if four corners enclose the origin, the
+//!    polytopes overlap.
 //! 4. Otherwise add the corner farthest along `−v`. Its support plane gives a lower bound of the
-//!    distance, and `|v|` is an upper bound. When the two agree, or no step improves them, the
-//!    closest points follow from the vertices of the kept corners.
+//!    distance, and `|v|` is an upper bound. When the two bounds agree, or no step improves them,
+//!    the closest points follow from the vertices of the kept corners.
 //! 5. Determine the features from the vertices of these corners.
 //!
-//! Deviation from the textbook, for needles and slivers: the nearest sub-simplex is not chosen by
-//! signs of determinants but by comparing distances. Every candidate is a convex combination of
-//! corners, hence a point of the CSO, so a rounding error can cost accuracy of that candidate,
-//! never the validity of the answer \[van den Bergen 1999, §4\].
+//! Deviation from the textbook, for needles and slivers: the nearest sub-simplex is chosen by
+//! comparing distances, not by signs of determinants. Every candidate is a convex combination of
+//! corners, so it is a point of the CSO. A rounding error can make a candidate inaccurate, but
+//! never the result invalid \[van den Bergen 1999, §4\].
 
 mod simplex;
 #[cfg(test)]
@@ -31,17 +32,17 @@ use simplex::{Corner, Reduction, Simplex};
 
 /// Returns the distance of a and b, in b's frame. `pose_ba` places a's frame in b's.
 ///
-/// `start` contains the features whose vertices make the first corner. Any features are valid;
-/// those of the last result are best.
+/// The vertices of the features `start` make the first corner. Any features are valid; the
+/// features of the last result are fastest.
 ///
 /// The stop reason is `Converged` when the two bounds of the distance agree within rounding.
-/// Otherwise it is `Stalled` or `Budget`: the points are then valid and the bodies proven apart,
-/// but the points may not be the closest. A pair that is not proven apart is reported as
-/// overlapping, never as disjoint.
+/// Otherwise the stop reason is `Stalled` or `Budget`. Then the points are on the bodies and prove
+/// the bodies apart, but they may not be the closest points. A pair that is not proven apart is
+/// reported as overlapping, never as disjoint.
 pub fn gjk(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let Scale { size, noise, touching } = Scale::of(a, b, pose_ba);
     let mut simplex = Simplex::new(Corner::new(a, b, pose_ba, start.a.some_vertex(a), start.b.some_vertex(b)), noise);
-    // The simplex whose two bounds are nearest to each other.
+    // The simplex with the smallest difference of its two bounds.
     let mut best = (f64::INFINITY, simplex);
     let (mut steps, mut plateau) = (0, 0);
     loop {
@@ -66,8 +67,8 @@ pub fn gjk(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) 
         if let Reduction::Encloses(outward) = simplex.add(corner) {
             return overlapping(a, b, pose_ba, &simplex, -outward, steps, StopReason::Converged);
         }
-        // Close to the origin, a step may gain less than rounding and still turn the normal; allow
-        // a few such steps.
+        // Near the origin, a step may gain less than rounding and still improve the normal, so a
+        // few such steps are allowed.
         let after = simplex.nearest().length();
         plateau = if after < length { 0 } else { plateau + 1 };
         if plateau > GJK_PLATEAU || after > length + noise {
@@ -116,8 +117,8 @@ fn overlapping(
     March { proximity: Proximity::Overlapping(Overlap { features, direction }), features, steps, stop }
 }
 
-/// The direction of an overlap that is detected with the origin on the simplex: perpendicular to
-/// the simplex, or between the centroids.
+/// Returns the direction of an overlap if the origin is on the simplex: perpendicular to the
+/// simplex, or between the centroids.
 fn touching_direction(a: &Polytope, b: &Polytope, pose_ba: &Placement, simplex: &Simplex) -> DVec3 {
     let apart = centroid_line(a, b, pose_ba);
     if simplex.count != 3 {
@@ -128,12 +129,13 @@ fn touching_direction(a: &Polytope, b: &Polytope, pose_ba: &Placement, simplex: 
     if across.dot(apart) < 0.0 { -across } else { across }
 }
 
-/// Unit, from b's centroid to a's, in b's frame; any unit vector when they coincide.
+/// Returns the unit vector from b's centroid to a's centroid, in b's frame; any unit vector if they
+/// coincide.
 pub(super) fn centroid_line(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> DVec3 {
     (pose_ba.point(a.centroid()) - b.centroid()).normalize_or(DVec3::X)
 }
 
-/// The smallest features that contain the vertices of the nearest point.
+/// Returns the smallest features that contain the vertices of the nearest point.
 fn carriers(a: &Polytope, b: &Polytope, pose_ba: &Placement, simplex: &Simplex, normal: DVec3) -> FeaturePair {
     let corners = &simplex.corners[..simplex.count];
     FeaturePair {
@@ -142,8 +144,8 @@ fn carriers(a: &Polytope, b: &Polytope, pose_ba: &Placement, simplex: &Simplex, 
     }
 }
 
-/// The smallest feature whose closure contains the given vertices, preferring faces that look along
-/// `outward`.
+/// Returns the smallest feature whose closure contains the given vertices, preferring faces that
+/// look along `outward`.
 fn carrier(polytope: &Polytope, vertices: impl Iterator<Item = u32>, outward: DVec3) -> Feature {
     let mut distinct = [0; 4];
     let mut count = 0;
@@ -163,8 +165,8 @@ fn carrier(polytope: &Polytope, vertices: impl Iterator<Item = u32>, outward: DV
     {
         return Feature::Edge(spoke.edge);
     }
-    // One vertex may be missing from a face that was merged within rounding: then take the face
-    // that contains most of them.
+    // A face that was merged within rounding may lack one of the vertices. So take the face that
+    // contains most of the vertices.
     let mut best = (0, f64::NEG_INFINITY, ring.at(0).left);
     for spoke in ring {
         let face = polytope.face_vertices(spoke.left);

@@ -1,12 +1,13 @@
-//! The leaf pairs that a query found. If there are more than the capacity, the deepest are kept.
+//! The leaf pairs that a query found. If there are more pairs than the capacity, the deepest pairs
+//! are kept.
 //!
 //! 1. Pairs are kept in the order in which they are found.
-//! 2. When there is no room any more, each new pair replaces the least deep one if it is deeper;
-//!    pairs left out are counted.
+//! 2. When the list is full, a new pair replaces the least deep pair if the new pair is deeper.
+//!    Pairs that are left out are counted.
 //!
-//! The depth of an overlapping pair is unknown before its depth walk. It is estimated along the
-//! direction of the last tick's depth, or along that in which the march noticed the overlap: how
-//! far the pieces overlap along that direction.
+//! The depth of an overlapping pair is unknown before its depth walk. The list uses an estimate:
+//! the overlap of the pieces along the direction of the last tick's depth, or along the
+//! direction that the march reported.
 
 use std::collections::BinaryHeap;
 
@@ -14,14 +15,14 @@ use glam::DVec3;
 
 use super::{PlacedPair, Proximity, WarmStart, support_gap};
 
-/// A pair of pieces and what the march found of it.
+/// A pair of pieces and the result of its march.
 #[derive(Clone, Copy, Debug)]
 pub struct LeafPair {
     /// Piece of a.
     pub piece_a: u32,
     /// Piece of b.
     pub piece_b: u32,
-    /// The pair's place in the front; `None` if there was no room for it.
+    /// Index of the pair in the front; `None` if the front had no room for the pair.
     pub(crate) place: Option<u32>,
     /// Apart or overlapping.
     pub proximity: Proximity,
@@ -34,12 +35,12 @@ pub struct LeafPair {
 pub struct LeafPairs {
     pairs: Vec<LeafPair>,
     capacity: usize,
-    /// The least deep on top; empty until there is no room.
+    /// A heap with the least deep pair on top; empty until the list is full.
     ranks: BinaryHeap<Rank>,
     dropped: u32,
 }
 
-/// Separation of a pair, by its index.
+/// Estimated separation of a pair, and the pair's index.
 #[derive(Clone, Copy, Debug)]
 struct Rank {
     separation: f64,
@@ -65,7 +66,7 @@ impl LeafPairs {
         &self.pairs
     }
 
-    /// Moves the pairs for which `is_first` holds to the front; returns how many there are.
+    /// Moves the pairs for which `is_first` holds to the start of the list. Returns their number.
     pub(crate) fn partition(&mut self, mut is_first: impl FnMut(&LeafPair) -> bool) -> usize {
         let mut first = 0;
         for k in 0..self.pairs.len() {
@@ -74,17 +75,17 @@ impl LeafPairs {
                 first += 1;
             }
         }
-        // The places of the least deep are others now, and no pair follows.
+        // The indices in the heap are outdated now. No pair is added after this.
         self.ranks.clear();
         first
     }
 
-    /// Number of pairs that were left out.
+    /// Returns the number of pairs that were left out.
     pub(super) fn dropped(&self) -> u32 {
         self.dropped
     }
 
-    /// Adds a pair; if there is no room, leaves out the least deep of all.
+    /// Adds a pair. If the list is full, leaves out the least deep pair.
     #[inline]
     pub(super) fn push(&mut self, pair: LeafPair, placed: &PlacedPair<'_>) {
         if self.pairs.len() < self.capacity {
@@ -112,7 +113,8 @@ impl LeafPairs {
     }
 }
 
-/// The distance of a pair that is apart; about minus the depth of one that overlaps.
+/// Returns the distance of a pair that is apart, or minus the estimated depth of an overlapping
+/// pair.
 fn likely_separation(pair: &LeafPair, placed: &PlacedPair<'_>) -> f64 {
     let overlap = match pair.proximity {
         Proximity::Disjoint(closest) => return closest.distance,
@@ -156,8 +158,9 @@ mod tests {
     const SEED: u64 = 0xD00F;
 
     #[test]
-    fn of_too_many_the_deepest_are_kept() {
-        // Unit cubes, a's pieces at the origin; b's k-th is lower by up to two.
+    fn deepest_pairs_are_kept_at_full_capacity() {
+        // All pieces are unit cubes. The pieces of a are at the origin, and the pieces of b are
+        // lower by up to 2.
         let mut random = Random::new(SEED);
         let count = 50;
         let separations: Vec<f64> = (0..count).map(|_| random.between(-1.0, 1.0)).collect();
@@ -181,8 +184,8 @@ mod tests {
                 Proximity::Overlapping(Overlap { features, direction: DVec3::Z })
             };
             let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
-            // Overlapping pairs are measured at this pose: all as deep as a cube, and deeper than
-            // pairs that are apart.
+            // At this pose all overlapping pairs are equally deep, and deeper than pairs that are
+            // apart.
             found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, &placed);
         }
         let overlapping = separations.iter().filter(|&&separation| separation <= 0.0).count();

@@ -1,34 +1,35 @@
 //! Separation distance of two convex polytopes by Voronoi marching \[K02 §3.2; Lin and Canny 1991;
 //! Mirtich 1998\].
 //!
-//! The state is a pair of closed features, one on each body, and nothing else. A step finds the
-//! closest points of the two features, then:
+//! The state is a pair of closed features, one on each body. A step finds the closest points of the
+//! two features, then:
 //!
-//! 1. When a point lies on the boundary of its feature, the feature shrinks to that boundary (edge
-//!    → vertex, face → edge).
-//! 2. When a point violates a Voronoi plane of the other's feature, that feature grows across the
-//!    most violated plane (vertex → edge, edge → face). The distance of the closed features
+//! 1. If a point lies on the boundary of its feature, the feature shrinks to that boundary (edge →
+//!    vertex, face → edge).
+//! 2. If a point violates a Voronoi plane of the other body's feature, that feature grows across
+//!    the most violated plane (vertex → edge, edge → face). The distance of the closed features
 //!    strictly decreases.
-//! 3. When an edge would pair with a face, it is clipped to the prism over the face. Either the
-//!    edge crosses the face (the bodies overlap), or the derivative of its height shows which end
-//!    is nearest: a vertex over the face, or an edge along a side.
-//! 4. A vertex below a face is a local minimum. Either the vertex is inside of the whole body (they
-//!    overlap), or it lies above some other face, and the march continues there.
-//! 5. Otherwise the pair is closest. The result is then checked: no vertex of either body may reach
-//!    farther along the normal than the closest points. It is enough to test one ring of vertices
-//!    per body. If a vertex reaches slightly farther, a second walk also follows gains that the
-//!    first one ignores as rounding.
+//! 3. If an edge would pair with a face, it is clipped to the prism over the face. If the edge
+//!    crosses the face, the bodies overlap. Otherwise the derivative of the edge's height shows
+//!    which end of the clipped edge is nearest. The next pair is then a vertex and the face, or the
+//!    edge and a side of the face.
+//! 4. A vertex below a face is a local minimum. If the vertex is inside the whole body, the bodies
+//!    overlap. Otherwise it lies above another face, and the march continues there.
+//! 5. Otherwise the pair is closest. Then the result is checked: no vertex of a body may reach past
+//!    the closest points along the normal. A test of one ring of vertices per body is sufficient.
+//!    If a vertex reaches slightly farther, a second walk also follows gains that the first walk
+//!    ignores as rounding.
 //!
-//! The next state depends on the state alone, so a repeated state means a cycle. A cycle, an
-//! exhausted budget or a failed proof falls back to GJK, whose results satisfy the same conditions;
-//! the stop reason reports this. Every overlap has a witness: a vertex inside, an edge through a
-//! face, or features within touching distance.
+//! The next state depends only on the state, so a repeated state means a cycle. After a cycle, an
+//! exhausted budget or a failed check, GJK computes the result. Its result satisfies the same
+//! conditions, and the stop reason reports the fallback. Every overlap has a witness: a vertex
+//! inside, an edge through a face, or features within touching distance.
 //!
-//! Deviations from V-Clip: features are closed and their closest points explicit, so that progress
-//! is a decrease of distance rather than a chain of region tests; growth needs a gain above
-//! rounding and shrinking does not, so that parallel features don't cycle; the scan of all faces at
-//! a local minimum is a climb over adjacent faces (a support query on the polar dual). Plates need
-//! only one special case: a point below the front is above the back.
+//! Deviations from V-Clip. Features are closed and have explicit closest points, so the distance
+//! decreases in each step. Growth needs a gain above rounding and shrinking does not, so parallel
+//! features do not cycle. At a local minimum, a climb over adjacent faces (a support query on the
+//! polar dual) replaces the scan of all faces. Plates need only one special case: a point below the
+//! front is above the back.
 
 mod validate;
 
@@ -46,11 +47,11 @@ use crate::algebra::tolerance::{MARCH_NOISE, MARCH_STEPS};
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, FeaturePair, Polytope};
 
-/// Finds the closest points of a and b, in b's frame. `pose_ba` is the frame of a in b.
+/// Finds the closest points of a and b, in b's frame. `pose_ba` places a's frame in b's.
 ///
-/// `start` may be any features of the two; those of the last result make the query fast. Bodies
-/// nearer than [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count
-/// as overlapping.
+/// `start` may be any features of the two bodies; the features of the last result make the query
+/// fast. Bodies nearer than [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of
+/// their radii count as overlapping.
 pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let answer = proven(a, b, pose_ba, start);
     debug_assert!(
@@ -61,7 +62,7 @@ pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair
     answer
 }
 
-/// Steps 1 to 5.
+/// Runs steps 1 to 5.
 #[inline]
 fn proven(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let pose_ab = pose_ba.inverse();
@@ -88,9 +89,9 @@ fn proven(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -
     second_look(&mut field, &scale, candidate, steps)
 }
 
-/// Called if a vertex reaches slightly past the closest points: two features are parallel except
-/// for an angle that the dead zone of growth hides. Continues without the dead zone, and accepts a
-/// result that is apart within the rounding of its direction.
+/// Continues the walk if a vertex reaches slightly past the closest points, because two features
+/// are parallel within the dead zone of growth. The second walk has no dead zone. It accepts a
+/// result in which vertices reach past the closest points by rounding only.
 #[cold]
 fn second_look(field: &mut Field<'_>, scale: &Scale, first: Candidate, steps: u32) -> March {
     field.noise = 0.0;
@@ -130,20 +131,20 @@ fn fall_back(
 
 /// How a walk over feature pairs ended.
 enum Walk {
-    /// At a pair that no growth improves.
+    /// The walk ended at a pair that no growth improves.
     Apart(Candidate),
-    /// At a witness of overlap.
+    /// The walk found a witness of overlap.
     Overlap(Overlap),
-    /// Without a result, for this reason.
+    /// The walk ended without a result, for this reason.
     Lost(FeaturePair, StopReason),
 }
 
-/// Candidates for the closest points, before their check.
+/// Closest points before their check.
 #[derive(Clone, Copy)]
 struct Candidate {
     closest: Closest,
-    /// How far both bodies together reach past the closest points along the normal: the distance is
-    /// too long by at most this.
+    /// Sum of the lengths by which both bodies reach past the closest points along the normal. The
+    /// distance is too long by at most this length.
     excess: f64,
 }
 
@@ -159,7 +160,7 @@ struct Field<'a> {
 }
 
 impl Field<'_> {
-    /// Steps from pair to pair until one is closest, with the number of steps.
+    /// Moves from pair to pair until a pair is closest. Also returns the number of steps.
     fn walk(&self, start: FeaturePair) -> (Walk, u32) {
         let mut pair = start;
         let mut seen = start;
@@ -168,8 +169,8 @@ impl Field<'_> {
             match self.step(pair) {
                 Step::Move(fa, fb) => {
                     pair = FeaturePair { a: fa, b: fb };
-                    // Brent's cycle finder: compare with the state that was stored at the last
-                    // power of two.
+                    // Brent's cycle detection: compare with a stored state, which is replaced at
+                    // steps 1, 2, 4, 8 and so on.
                     if pair == seen {
                         let walk = self.best_of_cycle(pair).map_or(Walk::Lost(pair, StopReason::Stalled), Walk::Apart);
                         return (walk, steps);
@@ -191,14 +192,14 @@ impl Field<'_> {
         (Walk::Lost(pair, StopReason::Budget), MARCH_STEPS)
     }
 
-    /// Body a seen from b.
+    /// Returns body a in b's frame.
     #[inline]
     fn onto_b(&self) -> View<'_> {
         let Self { a, b, pose_ba, pose_ab, touching, noise, reach } = *self;
         View { p: a, q: b, p_in_q: pose_ba, q_in_p: pose_ab, noise, touching, reach }
     }
 
-    /// Body b seen from a.
+    /// Returns body b in a's frame.
     #[inline]
     fn onto_a(&self) -> View<'_> {
         let Self { a, b, pose_ba, pose_ab, touching, noise, reach } = *self;
@@ -220,9 +221,9 @@ impl Field<'_> {
         }
     }
 
-    /// The nearest of the pairs in the cycle through `pair`: between parallel features, the walk
-    /// may cycle through distances that differ only in rounding. `None` if no pair of the cycle has
-    /// closest points off its boundaries.
+    /// Returns the nearest of the pairs in the cycle through `pair`. Between parallel features, the
+    /// walk may cycle through distances that differ only by rounding. `None` if no pair of the
+    /// cycle has closest points off its boundaries.
     #[cold]
     fn best_of_cycle(&self, pair: FeaturePair) -> Option<Candidate> {
         let mut best: Option<Candidate> = None;
@@ -255,12 +256,12 @@ impl Field<'_> {
         best
     }
 
-    /// Returns the same points with the normal of a face that contains one of them, or with a
-    /// normal perpendicular to an edge that contains one, if the bodies reach less far past the
-    /// points along this normal.
+    /// Returns the candidate with another normal, if the bodies reach less far past its points
+    /// along that normal. It tries the normals of faces that contain a point, and normals
+    /// perpendicular to edges that contain a point.
     ///
-    /// A vertex that lies beyond the end of a parallel face or edge by mere rounding tilts the line
-    /// between near points.
+    /// If a vertex lies beyond the end of a parallel face or edge by rounding only, it tilts the
+    /// line between near points.
     #[cold]
     fn straightened(&self, candidate: Candidate) -> Candidate {
         let Closest { point_a, point_b, features, .. } = candidate.closest;
@@ -282,8 +283,8 @@ impl Field<'_> {
         best
     }
 
-    /// The closest points of a pair, and how far other vertices reach past them, from one ring of
-    /// vertices per body.
+    /// Returns the closest points of a pair, and how far vertices of one ring per body reach past
+    /// them.
     #[inline]
     fn candidate(&self, pair: FeaturePair, points: &ClosestPoints) -> Candidate {
         let ClosestPoints { on_p, on_q, normal } = *points;
@@ -296,13 +297,14 @@ impl Field<'_> {
     }
 }
 
-/// A start for a pair without history: the vertices extreme along the line of the centroids.
+/// Returns the start for a pair without cached data: the extreme vertices along the line of the
+/// centroids.
 pub fn initial_features(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> FeaturePair {
     let line = pose_ba.point(a.centroid()) - b.centroid();
     FeaturePair { a: Vertex(a.support(pose_ba.inverse_vector(-line))), b: Vertex(b.support(line)) }
 }
 
-/// Calls `visit` with every face that holds `feature`.
+/// Calls `visit` with every face that contains `feature`.
 fn for_each_face(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(u32)) {
     match feature {
         Vertex(v) => polytope.ring(v).iter().for_each(|spoke| visit(spoke.left)),
@@ -311,7 +313,7 @@ fn for_each_face(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(u3
     }
 }
 
-/// Calls `visit` with the direction of every edge that holds `feature`, not unit.
+/// Calls `visit` with the direction (not unit) of every edge that contains `feature`.
 fn for_each_edge(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(DVec3)) {
     match feature {
         Vertex(v) => {
@@ -323,8 +325,8 @@ fn for_each_edge(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(DV
     }
 }
 
-/// Returns the feature itself if the polytope has it, otherwise its first vertex: an outdated start
-/// is slow, not wrong.
+/// Returns the feature if the polytope has it, otherwise the polytope's first vertex. An outdated
+/// start is slow but not wrong.
 fn within(polytope: &Polytope, feature: Feature) -> Feature {
     let exists = match feature {
         Vertex(v) => (v as usize) < polytope.vertices().len(),

@@ -1,18 +1,20 @@
-//! Upper bound of the relative motion of two bodies: a sum that only grows, in whole steps.
+//! Upper bound of the relative motion of two bodies: a sum that only grows.
 //!
-//! 1. From one tick to the next, no point of a body moves farther than the corner that moves
-//!    farthest of a box around the body: the displacement field of a rigid motion is affine, and
-//!    the norm of an affine field is convex.
-//! 2. Distances between the bodies change by no more than that, whether a is seen from b or b from
-//!    a. The smaller of the two is added to the sum S.
-//! 3. A pair that is `D` apart while the sum is S₀ cannot be nearer than `t` before the sum exceeds
-//!    S₀ + (D − t).
+//! 1. From one tick to the next, no point of a body moves farther than the corners of a box around
+//!    the body. The reason: the displacement field of a rigid motion is affine, and the norm of an
+//!    affine field is convex.
+//! 2. So distances between the bodies change by at most the largest motion of a corner. This bound
+//!    is computed for a's motion in b's frame and for b's motion in a's frame. The smaller value is
+//!    added to the sum S.
+//! 3. A pair at distance `D` when the sum is S₀ is not nearer than `t` until the sum exceeds S₀ +
+//!    (D − t).
 //!
-//! The angles of rotation have a sum of their own, in radians.
+//! A second sum adds up the angles of rotation (rad).
 //!
-//! S counts whole *quanta*, a fixed small fraction of the bodies' size. A motion is rounded up to
-//! whole quanta, and one quantum is added; a clearance is rounded down. So the sum stays exact for
-//! any run time, and the added quantum is a thousand times the rounding of transformed points.
+//! S is a whole number of *quanta*. A quantum is a fixed small fraction of the bodies' size. A
+//! motion is rounded up to whole quanta, and one quantum is added. A clearance is rounded down. So
+//! the sum stays exact for any run time. The added quantum covers the rounding of transformed
+//! points, which is a thousand times smaller.
 
 use glam::{DMat3, DVec3};
 
@@ -29,35 +31,35 @@ pub(super) struct MotionBound {
     quantum: f64,
     size: f64,
     last: Option<Placement>,
-    /// The pose that was last asked about, and the motion to it.
+    /// The last pose of [`Self::motion_to`], and the motion to this pose.
     ahead: Option<(Placement, f64)>,
     sum: u64,
-    /// rad.
+    /// Sum of all rotations, rad.
     turned: f64,
 }
 
 impl MotionBound {
-    /// A motion bound for two bodies inside these boxes, each in its body's frame.
+    /// Returns a motion bound for two bodies inside these boxes. Each box is in its body's frame.
     pub(super) fn new(box_a: OrientedBox, box_b: OrientedBox) -> Self {
         let size = box_a.half.length() + box_b.half.length();
         let quantum = (MOTION_QUANTUM * size).max(f64::MIN_POSITIVE);
         Self { box_a, box_b, quantum, size, last: None, ahead: None, sum: 0, turned: 0.0 }
     }
 
-    /// The sum, quanta.
+    /// Returns the sum, in quanta.
     #[inline]
     pub(super) fn sum(&self) -> u64 {
         self.sum
     }
 
-    /// Begins anew.
+    /// Resets the sums.
     pub(super) fn clear(&mut self) {
         (self.last, self.ahead) = (None, None);
         self.sum = 0;
     }
 
     /// Adds the motion since the last call and returns it in model units. `None` before the first
-    /// call, or if the sum has reached its limit: then stored distances are no longer valid.
+    /// call, or if the sum has reached its limit; then stored distances are invalid.
     pub(super) fn advance(&mut self, pose_ba: &Placement) -> Option<f64> {
         let moved = self.motion_to(pose_ba);
         if let Some(last) = &self.last {
@@ -68,15 +70,15 @@ impl MotionBound {
         self.spend(moved + MOTION_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
     }
 
-    /// The sum of all relative rotations so far, rad. The difference of two values bounds the
-    /// rotation in between.
+    /// Returns the sum of all relative rotations so far, rad. The difference of two values bounds
+    /// the rotation in between.
     #[inline]
     pub(super) fn turned(&self) -> f64 {
         self.turned
     }
 
-    /// The motion since the last call of [`Self::advance`], model units; `None` before the first
-    /// call.
+    /// Returns the motion since the last call of [`Self::advance`], model units; `None` before the
+    /// first call.
     pub(super) fn motion_to(&mut self, pose_ba: &Placement) -> Option<f64> {
         if let Some((pose, moved)) = &self.ahead
             && pose == pose_ba
@@ -85,14 +87,15 @@ impl MotionBound {
         }
         let last = self.last.as_ref()?;
         let moved = displacement(&self.box_a, last, pose_ba);
-        // The inverse is not needed: q ↦ R'ᵀ(q − t') − Rᵀ(q − t), its norm is invariant under R'.
+        // The motion of b in a's frame is q ↦ R'ᵀ(q − t') − Rᵀ(q − t). Its norm is invariant under
+        // R'.
         let moved = moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse()));
         self.ahead = Some((*pose_ba, moved));
         Some(moved)
     }
 
-    /// Adds another loss of all clearances (model units); returns false if the sum has reached its
-    /// limit.
+    /// Adds `length` (model units) to the sum, which shortens all clearances. Returns false if the
+    /// sum has reached its limit.
     pub(super) fn spend(&mut self, length: f64) -> bool {
         let quanta = (length / self.quantum).ceil() + 1.0;
         if quanta.is_nan() || quanta >= EXHAUSTED as f64 || self.sum >= EXHAUSTED {
@@ -103,24 +106,24 @@ impl MotionBound {
         true
     }
 
-    /// The sum at which a pair must be measured again whose clearance is now `clearance` (not
-    /// negative, model units).
+    /// Returns the sum at which a pair with this `clearance` (not negative, model units) must be
+    /// measured again.
     #[inline]
     pub(super) fn due(&self, clearance: f64) -> u64 {
-        // A cast saturates; the shift keeps the sum of two from overflowing.
+        // A cast saturates. The limit `EXHAUSTED` keeps the sum of two values from overflowing.
         self.sum + ((clearance / self.quantum) as u64).min(EXHAUSTED)
     }
 
-    /// Model units from the sum `from` on to now; negative when `from` lies ahead.
+    /// Returns the motion since the sum `from`, model units; negative if `from` is not reached yet.
     pub(super) fn since(&self, from: u64) -> f64 {
         (self.sum as f64 - from as f64) * self.quantum
     }
 }
 
-/// Far above any real motion, and far below the largest integer.
+/// Limit of the sum: far above any real motion, and far below the largest integer.
 const EXHAUSTED: u64 = 1 << 61;
 
-/// The angle from one rotation to another, rad.
+/// Returns the angle between two rotations, rad.
 fn angle_between(from: &DMat3, to: &DMat3) -> f64 {
     let change = *to - *from;
     let squares = change.x_axis.length_squared() + change.y_axis.length_squared() + change.z_axis.length_squared();
@@ -128,14 +131,14 @@ fn angle_between(from: &DMat3, to: &DMat3) -> f64 {
     2.0 * (squares / 8.0).sqrt().min(1.0).asin()
 }
 
-/// The farthest that a point of the box moves from one placement to another.
+/// Returns the largest motion of a point of the box from one placement to another.
 fn displacement(held: &OrientedBox, from: &Placement, to: &Placement) -> f64 {
     let turn: DMat3 = to.rotation - from.rotation;
     let middle = turn * held.center + (to.translation - from.translation);
     let sides = turn * held.axes;
     let (x, y, z) = (sides.x_axis * held.half.x, sides.y_axis * held.half.y, sides.z_axis * held.half.z);
-    // |m + c|² = |m|² + |c|² + 2 m·c: of opposite corners the one along m is farther, so four are
-    // enough.
+    // |m + c|² = |m|² + |c|² + 2 m·c: of two opposite corners, the
+    // corner along m moves farther, so four corners are enough.
     let farthest = |corner: DVec3| middle.length_squared() + corner.length_squared() + 2.0 * middle.dot(corner).abs();
     let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
     corners.into_iter().map(farthest).fold(0.0, f64::max).sqrt()
@@ -157,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn no_point_moves_farther_and_no_distance_changes_by_more_than_the_sum_says() {
+    fn sum_bounds_motion_and_change_of_distance() {
         let mut random = Random::new(SEED);
         for case in 0..200 {
             let (box_a, box_b) = (some_box(&mut random), some_box(&mut random));
@@ -189,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exhausted_sum_says_so_and_a_clearance_is_never_overstated() {
+    fn exhausted_sum_is_reported_and_clearance_rounds_down() {
         let mut random = Random::new(SEED);
         let mut motion_bound = MotionBound::new(some_box(&mut random), some_box(&mut random));
         for clearance in [0.0, 1e-9, 0.3, 1e9, f64::INFINITY] {

@@ -2,9 +2,9 @@
 //! march and GJK.
 //!
 //! The oracle compares every vertex with every polygon and every edge with every edge. It shares
-//! only the closed forms of `algebra::closest` with the tested algorithms. For edges parallel
-//! within 1e-8 their error is up to 1e-8 of their length, but then a vertex and a face give the
-//! answer too.
+//! only the closed formulas of `algebra::closest` with the tested algorithms. For edges parallel
+//! within 1e-8 rad, the error of these formulas is up to 1e-8 of the edges' length. But then a
+//! vertex and a face give the distance too.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -29,8 +29,9 @@ impl Random {
     }
 }
 
-/// A solid from its loops. A plane's normal comes from the squarest corner of its face: Newell's
-/// sum over a sliver would tilt by the rounding of the diagonals.
+/// Returns a solid from its loops. A plane's normal is computed at the corner of its face that is
+/// nearest to a right angle. In Newell's sum over a sliver, the rounding of the diagonals would
+/// tilt the normal.
 pub(crate) fn solid(vertices: Vec<DVec3>, loops: &[Vec<u32>]) -> Polytope {
     let planes = loops
         .iter()
@@ -51,7 +52,7 @@ pub(crate) fn solid(vertices: Vec<DVec3>, loops: &[Vec<u32>]) -> Polytope {
     Polytope::from_faces(vertices, loops, planes, provenance).unwrap()
 }
 
-/// The image of a solid under an affine map of positive determinant.
+/// Returns the image of a solid under an affine map with a positive determinant.
 pub(crate) fn mapped(p: &Polytope, map: DMat3, shift: DVec3) -> Polytope {
     let vertices: Vec<_> = p.vertices().iter().map(|v| map * *v + shift).collect();
     if p.is_flat() {
@@ -70,7 +71,7 @@ pub(crate) fn cuboid(half: DVec3) -> Polytope {
     solid(vertices, &loops.map(Vec::from))
 }
 
-/// A prism over a regular polygon of circumradius `radius`, from z = −height/2 to height/2.
+/// Returns a prism over a regular polygon of circumradius `radius`, from z = −height/2 to height/2.
 pub(crate) fn prism(sides: u32, radius: f64, height: f64) -> Polytope {
     let corner = |k: u32, z: f64| {
         let angle = f64::from(k) * std::f64::consts::TAU / f64::from(sides);
@@ -86,7 +87,8 @@ pub(crate) fn prism(sides: u32, radius: f64, height: f64) -> Polytope {
     solid(vertices, &loops)
 }
 
-/// A sphere of radius 1 by latitude and longitude: planar trapezoids, and triangles at the poles.
+/// Returns a sphere of radius 1 by latitude and longitude: planar trapezoids, and triangles at the
+/// poles.
 pub(crate) fn globe(bands: u32, sides: u32) -> Polytope {
     let mut vertices = vec![-DVec3::Z];
     for band in 1..bands {
@@ -111,7 +113,7 @@ pub(crate) fn globe(bands: u32, sides: u32) -> Polytope {
     solid(vertices, &loops)
 }
 
-/// A random tetrahedron in the unit cube, not too flat.
+/// Returns a random tetrahedron in the unit cube, not too flat.
 pub(crate) fn tetrahedron(random: &mut Random) -> Polytope {
     loop {
         let v = [0; 4].map(|_| random.vector());
@@ -122,7 +124,7 @@ pub(crate) fn tetrahedron(random: &mut Random) -> Polytope {
     }
 }
 
-/// A plate over a regular polygon of circumradius 1 in the plane z = 0, squeezed along y.
+/// Returns a plate over a regular polygon of circumradius 1 in the plane z = 0, squeezed along y.
 pub(crate) fn plate(sides: u32, squeeze: f64) -> Polytope {
     let vertices = (0..sides)
         .map(|k| {
@@ -133,8 +135,8 @@ pub(crate) fn plate(sides: u32, squeeze: f64) -> Polytope {
     Polytope::from_polygon(vertices, DVec3::Z, Provenance::Original).unwrap()
 }
 
-/// The hull of random points: on an ellipsoid, in a cube, on a lattice (many coplanar), or near a
-/// plane.
+/// Returns the hull of random points: on an ellipsoid, in a cube, on a lattice (with many coplanar
+/// points), or near a plane.
 pub(crate) fn random_hull(random: &mut Random, points: usize) -> Polytope {
     let kind = random.below(4);
     let points: Vec<_> = (0..points)
@@ -149,7 +151,7 @@ pub(crate) fn random_hull(random: &mut Random, points: usize) -> Polytope {
     hull.map_or_else(|| cuboid(DVec3::ONE), |(polytope, _)| polytope)
 }
 
-/// Every kind of test body, in its own oblique frame, of a size about 1.
+/// Returns every kind of test body, each in its own oblique frame and of about size 1.
 pub(crate) fn menagerie(random: &mut Random) -> Vec<(&'static str, Polytope)> {
     let mut oblique = |p: Polytope, stretch: DVec3| {
         let map = DMat3::from_quat(random.rotation()) * DMat3::from_diagonal(stretch);
@@ -186,16 +188,16 @@ pub(crate) fn scaled(p: &Polytope, scale: f64) -> Polytope {
     mapped(p, DMat3::from_diagonal(DVec3::splat(scale)), DVec3::ZERO)
 }
 
-/// A placement of a in b's frame that puts their centroids `apart` times the sum of radii from each
-/// other.
+/// Returns a placement of a in b's frame. The distance of the centroids is `apart` times the sum of
+/// radii.
 pub(crate) fn random_pose(random: &mut Random, a: &Polytope, b: &Polytope, apart: f64) -> Placement {
     let rotation = random.rotation();
     let centre = b.centroid() + random.direction() * apart * (a.radius() + b.radius());
     Pose::new(rotation, centre - rotation * a.centroid()).placement()
 }
 
-/// The largest gap over all directions that can separate two polytopes (face normals and crossed
-/// edges); negative when they overlap by that much.
+/// Returns the largest gap of two polytopes over all separating axes (face normals and cross
+/// products of edges). The gap is minus the depth if they overlap.
 pub(crate) fn widest_gap(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> f64 {
     let va: Vec<_> = a.vertices().iter().map(|v| pose_ba.point(*v)).collect();
     let gap = |n: DVec3| {
@@ -229,7 +231,7 @@ fn polygon_distance(p: DVec3, corners: &[DVec3]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The distance of two polytopes that are known to be apart, by looking at every pair of features.
+/// Returns the distance of two polytopes that are known to be apart, from all pairs of features.
 pub(crate) fn exhaustive_distance(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> f64 {
     let va: Vec<_> = a.vertices().iter().map(|v| pose_ba.point(*v)).collect();
     let vb = b.vertices();
@@ -257,7 +259,7 @@ pub(crate) fn exhaustive_distance(a: &Polytope, b: &Polytope, pose_ba: &Placemen
     best
 }
 
-/// How far `p` is from the closure of feature `f`.
+/// Returns the distance of `p` from the closure of feature `f`.
 fn distance_from_feature(p: DVec3, polytope: &Polytope, f: Feature) -> f64 {
     match f {
         Feature::Vertex(v) => polytope.vertex(v).distance(p),
@@ -266,8 +268,8 @@ fn distance_from_feature(p: DVec3, polytope: &Polytope, f: Feature) -> f64 {
             tail.lerp(head, closest_on_segment(p, tail, head)).distance(p)
         }
         Feature::Face(f) => {
-            // By heights over the face and its sides: closed forms on triangles lose digits on
-            // slivers.
+            // The distance is computed from the heights over the face and its sides, because closed
+            // formulas for triangles lose digits on slivers.
             let normal = polytope.plane(f).normal;
             let corners = polytope.face_vertices(f);
             let beyond = (0..corners.len()).map(|k| {
@@ -279,10 +281,10 @@ fn distance_from_feature(p: DVec3, polytope: &Polytope, f: Feature) -> f64 {
     }
 }
 
-/// Checks an answer by itself: its points lie on its features, which bounds the distance from
-/// above, and its normal separates the bodies by nearly the distance, which bounds it from below.
-/// Returns how much the lower bound falls short. An overlap is checked against another algorithm
-/// elsewhere. `off` is how far off its features a point may lie, relative to the coordinates.
+/// Checks a result without another algorithm. Its points must lie on its features, which gives an
+/// upper bound of the distance. Its normal must separate the bodies by nearly the distance, which
+/// gives a lower bound. Returns the distance minus the lower bound. Overlaps are not checked here.
+/// `off` is the allowed distance of a point from its feature, relative to the coordinates.
 pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &March, off: f64) -> Result<f64, String> {
     let Proximity::Disjoint(closest) = answer.proximity else { return Ok(0.0) };
     let size = a.radius() + b.radius();
@@ -303,7 +305,7 @@ pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Ma
     let low = a.vertices().iter().map(|v| closest.normal.dot(pose_ba.point(*v))).fold(f64::INFINITY, f64::min);
     let high = b.vertices().iter().map(|v| closest.normal.dot(*v)).fold(f64::NEG_INFINITY, f64::max);
     let missing = distance - (low - high);
-    // The direction between two near points is known to the rounding of the points over their
+    // The error of the direction between two near points is the rounding of the points over their
     // distance.
     let allowed = off.max(1e-10) * distance + off * size + 4e-15 * reach * size / distance;
     if missing > allowed {
@@ -312,13 +314,14 @@ pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Ma
     Ok(missing.max(0.0))
 }
 
-/// How far a point of the march may lie off its feature, relative to the coordinates: rounding.
+/// Allowed distance of a point of the march from its feature, relative to the coordinates:
+/// rounding.
 pub(crate) const OFF_MARCH: f64 = 2e-14;
 
 /// Like [`OFF_MARCH`], for hulls. Their merged faces are planar within `COPLANAR` of the size
 /// before scaling.
 pub(crate) const OFF_MERGED: f64 = 4e-9;
 
-/// Like [`OFF_MARCH`], for GJK. It may return the diagonal of two faces whose planes differ by
+/// Like [`OFF_MARCH`], for GJK. GJK may return the diagonal of two faces whose planes differ by
 /// rounding.
 pub(crate) const OFF_GJK: f64 = 1e-10;

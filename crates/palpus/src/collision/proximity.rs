@@ -1,4 +1,4 @@
-//! The answer of a distance query between two convex polytopes.
+//! The result of a distance query between two convex polytopes.
 
 use glam::DVec3;
 
@@ -7,9 +7,9 @@ use crate::body::FeaturePair;
 /// Result of a distance search: two convex polytopes are apart or overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Proximity {
-    /// They are apart; the closest points.
+    /// The polytopes are apart. The value contains their closest points.
     Disjoint(Closest),
-    /// They touch or overlap, with the place at which the search detected it.
+    /// The polytopes touch or overlap. The value describes where the search detected the overlap.
     Overlapping(Overlap),
 }
 
@@ -17,15 +17,15 @@ pub enum Proximity {
 /// `point_a − point_b = distance · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// On a.
+    /// Closest point on a.
     pub point_a: DVec3,
-    /// On b.
+    /// Closest point on b.
     pub point_b: DVec3,
     /// Unit, from b into a.
     pub normal: DVec3,
-    /// Greater than zero.
+    /// Distance of the points, model units; greater than zero.
     pub distance: f64,
-    /// The features that hold the two points in their relative interiors (within rounding).
+    /// The features whose relative interiors contain the two points (within rounding).
     pub features: FeaturePair,
 }
 
@@ -34,19 +34,20 @@ pub struct Closest {
 pub struct Overlap {
     /// The feature pair at which the overlap was detected.
     pub features: FeaturePair,
-    /// A direction, from b into a and in b's frame, along which the depth is likely small; need not
-    /// be unit.
+    /// A direction from b into a, in b's frame, along which the depth is likely small. It is not
+    /// always unit.
     pub direction: DVec3,
 }
 
 /// How a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StopReason {
-    /// It found its result.
+    /// The search found its result.
     Converged,
-    /// It stopped making progress (a repeat or a cycle) and the fallback answered.
+    /// The search made no progress or repeated a state; the fallback gave the result.
     Stalled,
-    /// It used up its step budget; the fallback answered, or the best so far was returned.
+    /// The search used up its steps. The fallback gave the result, or the best result so far was
+    /// returned.
     Budget,
 }
 
@@ -57,14 +58,14 @@ pub struct March {
     pub proximity: Proximity,
     /// Features from which the next search starts.
     pub features: FeaturePair,
-    /// Feature pairs visited, the fallback's iterations included.
+    /// Number of visited feature pairs, plus iterations of the fallback.
     pub steps: u32,
-    /// `Converged` if the result is the march's; otherwise the reason for the fallback.
+    /// `Converged` if the march found the result; otherwise the reason for the fallback.
     pub stop: StopReason,
 }
 
 impl March {
-    /// The distance; zero for an overlap.
+    /// Returns the distance; zero for an overlap.
     pub(super) fn distance(&self) -> f64 {
         match self.proximity {
             Proximity::Disjoint(Closest { distance, .. }) => distance,
@@ -72,7 +73,7 @@ impl March {
         }
     }
 
-    /// True if the two overlap or are nearer than the tolerance.
+    /// Returns true if the polytopes overlap or are nearer than the tolerance.
     pub(super) fn is_within(&self, tolerance: f64) -> bool {
         matches!(self.proximity, Proximity::Overlapping(_)) || self.distance() < tolerance
     }

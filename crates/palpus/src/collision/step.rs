@@ -1,8 +1,8 @@
 //! One step of the march, by the kinds of the two features.
 //!
-//! Each kind of pair is written once, for a feature of p against one of q in q's frame, and used
-//! both ways round. Features are closed: a step first finds their closest points, then decides
-//! which pair is next, or that these points are the result.
+//! The code for each kind of pair treats a feature of p and a feature of q in q's frame. Each of
+//! the two bodies can be p. Features are closed: a step first finds their closest points. Then the
+//! step returns the next pair, or these points as the result.
 
 use glam::DVec3;
 
@@ -12,8 +12,7 @@ use crate::algebra::Placement;
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, Polytope};
 
-/// Body p seen from body q's frame; each kind of feature pair is written once and used both ways
-/// round.
+/// Body p in body q's frame.
 pub(super) struct View<'a> {
     pub(super) p: &'a Polytope,
     pub(super) q: &'a Polytope,
@@ -24,13 +23,14 @@ pub(super) struct View<'a> {
     pub(super) reach: f64,
 }
 
-/// Decision of one step of the march; features in the order p, q, geometry in q's frame.
+/// Decision of one step of the march. Features are in the order p, q; vectors are in q's frame.
 pub(super) enum Step {
-    /// Go on with this pair.
+    /// Continue with this pair.
     Move(Feature, Feature),
-    /// The closest points.
+    /// The result: the closest points.
     Apart(ClosestPoints),
-    /// They overlap: features, and a direction from q into p (zero when the features have none).
+    /// The bodies overlap: features, and a direction from q into p (zero if the features define no
+    /// direction).
     Overlap(Feature, Feature, DVec3),
 }
 
@@ -50,7 +50,8 @@ impl ClosestPoints {
 }
 
 impl Step {
-    /// The same decision with p and q exchanged; `q_in_p` is the frame of the old q in the new one.
+    /// Returns this decision with p and q exchanged. `q_in_p` is the old q's frame in the new q's
+    /// frame.
     #[inline]
     pub(super) fn mirrored(self, q_in_p: &Placement) -> Self {
         match self {
@@ -82,8 +83,8 @@ pub(super) fn vertex_vertex(view: &View<'_>, v: u32, w: u32) -> Step {
     Step::Apart(points)
 }
 
-/// The closest points of vertex `v` of p and the line of edge `e` of q, or the end of the edge
-/// beyond which the vertex lies.
+/// Returns the closest points of vertex `v` of p and the line of edge `e` of q. Fails with the
+/// end of the edge beyond which the vertex lies.
 #[inline]
 pub(super) fn vertex_over_edge(view: &View<'_>, v: u32, e: u32) -> Result<ClosestPoints, u32> {
     let on_p = view.p_in_q.point(view.p.vertex(v));
@@ -101,8 +102,8 @@ pub(super) fn vertex_over_edge(view: &View<'_>, v: u32, e: u32) -> Result<Closes
     Ok(ClosestPoints { on_p, on_q, normal: across(on_p - on_q, d) })
 }
 
-/// Unit vector along `r`, made perpendicular to `d`, so that the rounding of two near points does
-/// not tilt a normal along an edge.
+/// Returns the unit vector along `r`, made perpendicular to `d`. So the rounding of two near points
+/// does not tilt a normal along an edge.
 #[inline]
 pub(super) fn across(r: DVec3, d: DVec3) -> DVec3 {
     (r - d * (r.dot(d) / d.length_squared())).normalize_or_zero()
@@ -127,7 +128,7 @@ pub(super) fn vertex_edge(view: &View<'_>, v: u32, e: u32) -> Step {
     Step::Apart(points)
 }
 
-/// A direction within the normals of edge `e`, not unit.
+/// Returns a direction (not unit) between the face normals of edge `e`.
 fn outward_of_edge(polytope: &Polytope, e: u32) -> DVec3 {
     let crate::body::Edge { left, right, .. } = polytope.edge(e);
     polytope.plane(left).normal + polytope.plane(right).normal
@@ -153,7 +154,7 @@ pub(super) fn vertex_face(view: &View<'_>, v: u32, f: u32) -> Step {
     }
 }
 
-/// The points of vertex `v` of p and face `f` of q when the vertex is over the face.
+/// Returns the closest points of vertex `v` of p and face `f` of q if the vertex is over the face.
 pub(super) fn vertex_over_face(view: &View<'_>, v: u32, f: u32) -> Option<ClosestPoints> {
     let on_p = view.p_in_q.point(view.p.vertex(v));
     let plane = view.q.plane(f);
@@ -162,8 +163,8 @@ pub(super) fn vertex_over_face(view: &View<'_>, v: u32, f: u32) -> Option<Closes
     over.then(|| ClosestPoints { on_p, on_q: on_p - plane.normal * height, normal: plane.normal })
 }
 
-/// The edge of vertex `v` of p that descends most steeply along `normal` (in q's frame), if by more
-/// than rounding.
+/// Returns the edge of vertex `v` of p that descends most steeply along `normal` (in q's frame).
+/// `None` if no edge descends by more than rounding.
 #[inline]
 fn descending_edge(view: &View<'_>, v: u32, normal: DVec3) -> Option<u32> {
     let down = -view.q_in_p.vector(normal);
@@ -184,12 +185,12 @@ fn descending_edge(view: &View<'_>, v: u32, normal: DVec3) -> Option<u32> {
     best
 }
 
-/// A vertex under a face and within its prism, the local minimum of the march: inside of q, or over
-/// another face.
+/// Returns the step for a vertex below a face and within its prism, a local minimum of the march.
+/// The vertex is inside q or over another face.
 fn below_face(view: &View<'_>, v: u32, f: u32, on_p: DVec3) -> Step {
     if view.q.is_flat() {
-        // Nothing is inside of a plate, nor over its rims: below the front (0) is above the back
-        // (1).
+        // A plate has no inside, and no prism over its rims: a point below the front (0) is above
+        // the back (1).
         return Step::Move(Vertex(v), Face(u32::from(f == 0)));
     }
     let cover = lowest_cover(view.q, f, on_p);
@@ -200,7 +201,8 @@ fn below_face(view: &View<'_>, v: u32, f: u32, on_p: DVec3) -> Step {
     }
 }
 
-/// The points of the lines of two edges, or the features to which clamping shrinks them.
+/// Returns the closest points of the lines of two edges. Fails with the features to which clamping
+/// shrinks the edges.
 #[inline]
 pub(super) fn between_edges(view: &View<'_>, e: u32, g: u32) -> Result<ClosestPoints, (Feature, Feature)> {
     let (edge_p, edge_q) = (view.p.edge(e), view.q.edge(g));
@@ -215,12 +217,13 @@ pub(super) fn between_edges(view: &View<'_>, e: u32, g: u32) -> Result<ClosestPo
     }
     let (on_p, on_q) = (tail_p + dp * s, tail_q + dq * t);
     let r = on_p - on_q;
-    // The edges' cross product is known to an ulp over the sine of their angle, the points' line to
-    // ulps of the reach over its length.
+    // The relative error of the edges' cross product is an ulp over the sine of their angle. The
+    // relative error of the line between the points is a few ulps of the coordinates over its
+    // length.
     let cross = dp.cross(dq);
     let lengths = dp.length_squared() * dq.length_squared();
     let normal = if cross.length_squared() * (view.reach * view.reach) > r.length_squared() * lengths {
-        // If the points are too near, the sides of the bodies decide the sign.
+        // If the points are too near, the bodies' outward directions decide the sign.
         let sign = cross.dot(r);
         cross.normalize() * if sign == 0.0 { cross.dot(outward_of_edge(view.q, g)) } else { sign }.signum()
     } else {
@@ -251,7 +254,7 @@ pub(super) fn edge_edge(view: &View<'_>, mirror: &View<'_>, e: u32, g: u32) -> S
     Step::Apart(points)
 }
 
-/// The vertex at which a clamped parameter lies.
+/// Returns the vertex at a clamped parameter.
 #[inline]
 fn end_of(parameter: f64, edge: crate::body::Edge) -> Option<Feature> {
     if parameter <= 0.0 {
@@ -263,7 +266,8 @@ fn end_of(parameter: f64, edge: crate::body::Edge) -> Option<Feature> {
     }
 }
 
-/// Edge `e` of p against face `f` of q; `hint` is a point of the edge, in q's frame.
+/// Returns the step for edge `e` of p and face `f` of q; `hint` is a point of the edge, in q's
+/// frame.
 pub(super) fn edge_face(view: &View<'_>, e: u32, f: u32, hint: Option<DVec3>) -> Step {
     let edge = view.p.edge(e);
     let tail = view.p_in_q.point(view.p.vertex(edge.tail));

@@ -5,11 +5,11 @@ use glam::DVec3;
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// Returns the gap between the support planes of two pieces along `normal` (unit, from b into a, in
-/// b's frame), in model units, and the support vertices of a and of b. The gap is negative if the
-/// pieces overlap along the normal, and never larger than their distance.
+/// Returns the gap (model units) between the support planes of two pieces along `normal`, and the
+/// support vertices of a and of b. `normal` is unit, from b into a, in b's frame. The gap is
+/// negative if the pieces overlap along the normal. It never exceeds their distance.
 ///
-/// Climbs begin at the vertices `hub`. `pose_ba` places a's frame in b's.
+/// The search for support vertices begins at the vertices `hub`. `pose_ba` places a's frame in b's.
 #[inline]
 pub(crate) fn support_gap(
     a: &Polytope,

@@ -1,4 +1,4 @@
-//! The march against its own proof and against GJK, over every kind of body and pose.
+//! Checks the march by its own proof and against GJK, for every kind of body and pose.
 
 use glam::{DQuat, DVec3, EulerRot};
 
@@ -11,8 +11,8 @@ use crate::body::{Feature, FeaturePair, Polytope};
 
 const SEED: u64 = 0x4D41_5243;
 
-/// March against its own proof and against GJK; also how much the proof falls short, relative to
-/// the distance.
+/// Checks a march by its own proof and against GJK. Returns the march, and the gap between the
+/// distance and its proven lower bound, relative to the distance.
 fn check(a: &Polytope, b: &Polytope, pose: &Placement, start: FeaturePair, what: &str) -> (March, f64) {
     let answer = march(a, b, pose, start);
     let expected = gjk(a, b, pose, start);
@@ -24,7 +24,7 @@ fn check(a: &Polytope, b: &Polytope, pose: &Placement, start: FeaturePair, what:
     let missing = judge(a, b, pose, &answer, off).unwrap_or_else(|fault| panic!("{fault}: {}", context()));
     let loose = match judge(a, b, pose, &expected, off.max(OFF_GJK)) {
         Ok(loose) => loose,
-        // GJK says itself when it has not converged.
+        // GJK reports that it has not converged.
         Err(_) if expected.stop != StopReason::Converged => f64::INFINITY,
         Err(fault) => panic!("GJK {fault}: {}", context()),
     };
@@ -32,17 +32,17 @@ fn check(a: &Polytope, b: &Polytope, pose: &Placement, start: FeaturePair, what:
     let rounding = 1e-14 * size;
     match (answer.proximity, expected.proximity) {
         (Proximity::Disjoint(p), Proximity::Disjoint(q)) => {
-            // Each distance is between its own two bounds.
+            // The true distance lies between each result's lower bound and its distance.
             assert!(p.distance - missing <= q.distance + rounding, "march is farther: {}", context());
             assert!(q.distance - loose <= p.distance + rounding, "march is nearer: {}", context());
             (answer, missing / p.distance)
         }
         (Proximity::Overlapping(_), Proximity::Overlapping(_)) => (answer, 0.0),
-        // GJK says itself when it can't tell.
+        // GJK reports that it has not converged.
         (Proximity::Disjoint(_), Proximity::Overlapping(_)) if expected.stop != StopReason::Converged => {
             (answer, missing)
         }
-        // So does the march, by its fallback.
+        // The march used its fallback, which may report an overlap for very near bodies.
         (Proximity::Overlapping(_), Proximity::Disjoint(q)) if answer.stop != StopReason::Converged => {
             assert!(q.distance < 1e-7 * size, "one is apart: {}", context());
             (answer, 0.0)
@@ -56,7 +56,7 @@ fn check(a: &Polytope, b: &Polytope, pose: &Placement, start: FeaturePair, what:
 }
 
 #[test]
-fn random_starts_on_every_pair_of_bodies() {
+fn march_is_correct_from_random_starts() {
     let mut random = Random::new(SEED);
     let zoo = menagerie(&mut random);
     for (name_a, a) in &zoo {
@@ -71,8 +71,8 @@ fn random_starts_on_every_pair_of_bodies() {
 }
 
 #[test]
-fn the_direction_of_a_shallow_overlap_leads_out() {
-    // A corner of a turned cube dips into the top of a box, both ways round.
+fn direction_of_a_shallow_overlap_points_outward() {
+    // A corner of a turned cube overlaps the top of a box. Each body is a once.
     let (below, above) = (cuboid(DVec3::new(2.0, 2.0, 0.5)), cuboid(DVec3::ONE));
     let turned = DQuat::from_rotation_arc(DVec3::ONE.normalize(), -DVec3::Z);
     let pose = Pose::new(turned, DVec3::new(0.1, 0.2, 0.5 + 3f64.sqrt() - 0.01));
@@ -89,18 +89,18 @@ fn the_direction_of_a_shallow_overlap_leads_out() {
     }
 }
 
-/// Result before the march: a bound that suffices, or the march itself.
+/// Result of the march with a bound: a sufficient bound, or the full march.
 enum Bounded {
     Within(March),
-    /// The bodies are at least this far apart, in metres, more than the bound; shown by the unit
-    /// direction, from b into a, in b's frame.
+    /// The bodies are farther apart than the bound by at least this length (m). The unit direction
+    /// (from b into a, in b's frame) proves it.
     Beyond {
         lower: f64,
         normal: DVec3,
     },
 }
 
-/// The march, or from its first features the proof that the distance exceeds `upper`.
+/// Returns the march, or a proof that the distance exceeds `upper`, if the first features give one.
 fn march_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair, upper: f64) -> Bounded {
     if let (Feature::Vertex(v), Feature::Vertex(w)) = (start.a, start.b) {
         let (point_a, point_b) = (pose_ba.point(a.vertex(v)), b.vertex(w));
@@ -121,7 +121,7 @@ fn march_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeatureP
 }
 
 #[test]
-fn a_bound_is_proven_or_the_answer_is_whole() {
+fn bound_is_proven_or_march_is_complete() {
     let mut random = Random::new(SEED + 5);
     let zoo = menagerie(&mut random);
     let mut beyond = 0;
@@ -148,8 +148,8 @@ fn a_bound_is_proven_or_the_answer_is_whole() {
     assert!(beyond > zoo.len() * zoo.len(), "{beyond} proofs, seed {SEED:#x}");
 }
 
-/// A pose of `a` that is special to `b`: aligned, quarter-turned or a hair off, at a chosen gap
-/// (negative: overlapping).
+/// Returns a special pose of `a` relative to `b`: aligned, turned by 90°, or turned slightly, at a
+/// random gap (negative: overlapping).
 fn contact_pose(random: &mut Random, a: &Polytope, b: &Polytope) -> Placement {
     let quarter = std::f64::consts::FRAC_PI_2;
     let turns = DVec3::new(random.below(5) as f64, random.below(5) as f64, random.below(5) as f64) * quarter * 0.5;
@@ -162,7 +162,7 @@ fn contact_pose(random: &mut Random, a: &Polytope, b: &Polytope) -> Placement {
             rotation = DQuat::from_axis_angle(random.direction(), off) * rotation;
         }
         _ => {
-            // Some face of a flat against some face of b.
+            // A random face of a lies flat on a random face of b.
             let n = a.plane(random.below(a.face_count()) as u32).normal;
             let m = b.plane(random.below(b.face_count()) as u32).normal;
             rotation = DQuat::from_axis_angle(m, random.between(0.0, 6.0)) * DQuat::from_rotation_arc(n, -m);
@@ -186,7 +186,8 @@ struct Tally {
     queries: u64,
     overlaps: u64,
     steps: u64,
-    /// Shortfall of the proof relative to the distance, by decade of distance over size.
+    /// Gap between distance and proven lower bound, relative to the distance, for each decade of
+    /// distance over size.
     shortfall: [f64; 16],
     fallbacks: std::collections::BTreeMap<String, u64>,
 }
@@ -270,13 +271,14 @@ fn sweep_contacts(tally: &mut Tally, random: &mut Random, rounds: usize) {
 }
 
 #[test]
-fn aligned_grazing_and_touching_bodies() {
+fn march_is_correct_for_aligned_and_touching_bodies() {
     let mut tally = Tally::default();
     sweep_contacts(&mut tally, &mut Random::new(SEED), 1);
     assert!(tally.fallback_count() * 1000 <= tally.queries, "{:?}, seed {SEED:#x}", tally.fallbacks);
 }
 
-/// A slow slide and turn of `a` past `b`; marching from the last features equals starting anew.
+/// `a` slowly slides and turns past `b`. A march from the last features must equal a march from new
+/// features.
 fn sweep_coherent(tally: &mut Tally, random: &mut Random, frames: u32, zoo: &[(&str, Polytope)]) {
     for (name_a, a) in zoo {
         for (name_b, b) in zoo {
@@ -303,7 +305,7 @@ fn sweep_coherent(tally: &mut Tally, random: &mut Random, frames: u32, zoo: &[(&
 }
 
 #[test]
-fn marching_from_the_last_features_equals_starting_anew() {
+fn march_from_last_features_equals_a_new_march() {
     let mut random = Random::new(SEED + 3);
     let mut tally = Tally::default();
     let zoo = menagerie(&mut random);
@@ -311,7 +313,7 @@ fn marching_from_the_last_features_equals_starting_anew() {
     assert!(tally.fallback_count() * 1000 <= tally.queries, "{:?}, seed {SEED:#x}", tally.fallbacks);
 }
 
-/// Hulls of many points, which the other tests leave out because they are slow.
+/// Hulls of many points. The other tests leave them out because they are slow.
 fn large_hulls(random: &mut Random) -> Vec<(&'static str, Polytope)> {
     let sizes = [200, 500];
     ["hull of 200", "hull of 500"].into_iter().zip(sizes.map(|n| random_hull(random, n))).collect()

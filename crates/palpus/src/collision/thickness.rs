@@ -1,7 +1,8 @@
-//! How thin the pieces of a body are, and the thinnest below each node of its hierarchy.
+//! Thickness of the pieces of a body, and of the thinnest piece below each node of its hierarchy.
 //!
-//! The thickness of a piece is the least width along its faces' normals. It is slightly more than
-//! the true least width if the latter lies between two edges. A flat piece has thickness 0.
+//! The thickness of a piece is the least width along its faces' normals. If the true least width is
+//! a distance between two edges, the thickness slightly exceeds this width. A flat piece has
+//! thickness 0.
 
 use super::Side;
 use crate::body::{NodeKind, Polytope};
@@ -18,7 +19,7 @@ impl Thickness {
     pub(super) fn of(side: Side<'_>) -> Self {
         let pieces: Vec<f32> = side.pieces.iter().map(|piece| thickness(piece) as f32).collect();
         let mut nodes = vec![f32::INFINITY; side.hierarchy.nodes().len()];
-        // Visits an inner node twice: before its halves, and again when both are known.
+        // Visits an inner node twice: before its halves and after them.
         let mut stack = vec![(side.hierarchy.root(), false)];
         while let Some((node, known)) = stack.pop() {
             match side.hierarchy.node(node).kind {
@@ -32,7 +33,7 @@ impl Thickness {
         Self { pieces, nodes }
     }
 
-    /// Thickness of the thinnest piece of all.
+    /// Returns the thickness of the thinnest piece of the body.
     pub(super) fn of_all(&self) -> f64 {
         f64::from(self.pieces.iter().copied().fold(f32::INFINITY, f32::min))
     }
@@ -45,8 +46,8 @@ impl Thickness {
 
     /// Thickness of the thinnest piece below a node.
     #[inline]
-    pub(super) fn of_node(&self, node: u32) -> f64 {
-        f64::from(self.nodes[node as usize])
+    pub(super) fn of_node(&self, node: u32) -> f32 {
+        self.nodes[node as usize]
     }
 }
 
@@ -75,6 +76,6 @@ mod tests {
         for (piece, half) in halves.iter().enumerate() {
             assert!((thickness.of_piece(piece as u32) - 2.0 * half).abs() < 1e-5);
         }
-        assert_eq!(thickness.of_node(hierarchy.root()), thickness.of_piece(1));
+        assert_eq!(f64::from(thickness.of_node(hierarchy.root())), thickness.of_piece(1));
     }
 }

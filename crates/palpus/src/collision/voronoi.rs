@@ -1,21 +1,23 @@
-//! Voronoi regions of the features of a polytope: which of a feature's planes does a point violate
-//! most?
+//! Voronoi regions of the features of a polytope: finds the plane of a feature that a point
+//! violates most.
 //!
-//! The region of a feature is the set of points outside of the polytope that are nearest to it. It
-//! is bounded by planes through the feature, each shared with the region of a neighbouring feature
-//! \[Mirtich 1998, §2\]:
+//! The region of a feature is the set of points outside the polytope for which this feature is
+//! nearest. Planes through the feature bound the region. Each plane is shared with the region of a
+//! neighbouring feature \[Mirtich 1998, §2\]:
 //!
-//! * vertex: one plane per spoke, perpendicular to it; beyond lies the edge;
-//! * edge: two planes at its ends (clamping handles those), and one per face, perpendicular to the
-//!   face; beyond lies the face;
-//! * face: one plane per side, perpendicular to the face; beyond lies the side's edge.
+//! * vertex: one plane per edge at the vertex, perpendicular to the edge; beyond the plane is the
+//!   edge's region;
+//! * edge: two planes at its ends (handled by clamping), and one plane per face, perpendicular to
+//!   the face; beyond a face's plane is the face's region;
+//! * face: one plane per side, perpendicular to the face; beyond the plane is the region of the
+//!   side's edge.
 //!
-//! A feature is left for a *larger* one only when the gain exceeds the rounding of the positions
-//! (`noise`, metres), and for a *smaller* one at any sign. The dead zone between the two keeps
-//! parallel features from handing a walk back and forth.
+//! A walk moves to a *larger* feature only if the violation exceeds the rounding of the positions
+//! (`noise`, m), and to a *smaller* feature at any violation. This dead zone prevents cycles
+//! between parallel features.
 //!
-//! A face has a second kind of nearest point: one below its plane. [`lowest_cover`] tells whether
-//! such a point lies inside of the whole polytope, without looking at all faces.
+//! A point over a face may also lie below the face's plane. [`lowest_cover`] determines whether
+//! such a point lies inside the whole polytope, without a scan of all faces.
 //!
 //! All points are in the polytope's own frame.
 
@@ -23,13 +25,14 @@ use glam::DVec3;
 
 use crate::body::{Edge, Polytope};
 
-/// The edge of vertex `v` whose plane `x` violates most, if by more than `noise`.
+/// Returns the edge of vertex `v` whose plane `x` violates most. `None` if no plane is violated by
+/// more than `noise`.
 #[inline]
 pub(super) fn beyond_vertex(polytope: &Polytope, v: u32, x: DVec3, noise: f64) -> Option<u32> {
     let origin = polytope.vertex(v);
     let r = x - origin;
     let mut best = None;
-    // The violation is along / length; compared squared, without roots or divisions.
+    // The violation is along / length. Squares are compared, without roots or divisions.
     let (mut best_along_squared, mut best_length_squared) = (noise * noise, 1.0);
     for spoke in polytope.ring(v) {
         let d = polytope.vertex(spoke.neighbour) - origin;
@@ -45,17 +48,17 @@ pub(super) fn beyond_vertex(polytope: &Polytope, v: u32, x: DVec3, noise: f64) -
     best
 }
 
-/// The face of edge `e` into whose region `toward` leads (from a point of the edge), if by more
-/// than `noise`.
+/// Returns the face of edge `e` into whose region the vector `toward` leads from a point of the
+/// edge. `None` if it leads into no region by more than `noise`.
 ///
-/// When both faces are violated, the point lies low beside the edge; a face that sees it from above
-/// is preferred.
+/// If the planes of both faces are violated, the point lies low beside the edge. Then a face with
+/// the point above its plane is preferred.
 #[inline]
 pub(super) fn beyond_edge(polytope: &Polytope, e: u32, toward: DVec3, noise: f64) -> Option<u32> {
     let Edge { tail, head, left, right } = polytope.edge(e);
     let d = polytope.vertex(head) - polytope.vertex(tail);
     let across = d.cross(toward);
-    // toward · (normal × d), with normal × d pointing into the left face.
+    // The value is toward · (normal × d), where normal × d points into the left face.
     let (left_normal, right_normal) = (polytope.plane(left).normal, polytope.plane(right).normal);
     let (into_left, into_right) = (left_normal.dot(across), -right_normal.dot(across));
     if into_left <= 0.0 && into_right <= 0.0 {
@@ -75,12 +78,11 @@ pub(super) fn beyond_edge(polytope: &Polytope, e: u32, toward: DVec3, noise: f64
     }
 }
 
-/// The side (index into the loop) of face `f` whose plane `x` violates most; `None` when `x` is
-/// over the face.
+/// Returns the side (index into the loop) of face `f` whose plane `x` violates most; `None` if `x`
+/// is over the face.
 ///
-/// For a convex polygon, the side that is violated most carries the point of the closed face
-/// nearest to `x`. A rim has no width, so nothing is over it: the result is always one of its two
-/// sides.
+/// For a convex polygon, the most violated side contains the point of the closed face nearest to
+/// `x`. A rim of a plate has no width, so the result is always one of its two sides.
 #[inline]
 pub(super) fn beyond_face(polytope: &Polytope, f: u32, x: DVec3) -> Option<usize> {
     let corners = polytope.face_vertices(f);
@@ -108,23 +110,24 @@ pub(super) fn beyond_face(polytope: &Polytope, f: u32, x: DVec3) -> Option<usize
     best
 }
 
-/// A face over a point: the whole polytope lies below the face's plane, and so may the point.
+/// Result of [`lowest_cover`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cover {
     /// The face.
     pub(super) face: u32,
-    /// True when the point lies in the polytope (on or below every face).
+    /// True if the point lies in the polytope (on or below every face).
     pub(super) inside: bool,
 }
 
-/// The face through which the ray from the centroid through `x` leaves the solid, found by climbing
-/// from face `from`.
+/// Returns the face through which the ray from the centroid through `x` leaves the solid. The
+/// search climbs from face `from`.
 ///
-/// The face maximises the gauge `normal · (x − c) / height of the face over c`. That is a support
-/// query on the polar dual polytope, whose vertices are the faces and whose edges are the edges: a
-/// climb over adjacent faces ends at the global maximum. The point is inside exactly when the gauge
-/// is at most 1. For an inside point, a second climb by height then leads to a nearer face,
-/// which is a better estimate of the depth direction. Not for plates.
+/// This face maximises the gauge `normal · (x − c) / height of the face over c`, where c is the
+/// centroid. The search is a support query on the polar dual polytope, whose vertices are the faces
+/// and whose edges are the edges. So a climb over adjacent faces ends at the global maximum. The
+/// point is inside exactly if the gauge is at most 1. For an inside point, a second climb by height
+/// leads to a nearer face, which is a better estimate of the depth direction. The function is not
+/// valid for plates.
 pub(super) fn lowest_cover(polytope: &Polytope, from: u32, x: DVec3) -> Cover {
     let centre = polytope.centroid();
     let gauge = |f: u32| {

@@ -1,31 +1,31 @@
-//! The wake values of all sleeping pairs, which decide when each is measured again; searched block
-//! by block.
+//! The wake values of all pairs. A pair's wake value decides when the pair is measured again.
 //!
-//! A pair's wake value is the motion bound's sum up to which it may sleep. The board keeps one
-//! value for each place and the least value of each block of places. A tick reads one number for
-//! each block and opens only the blocks in which a pair is due. Setting and clearing a value touch
-//! two numbers, so that pairs come and go at no cost.
+//! A pair is *due* when the sum of the motion bound exceeds the pair's wake value. Until then it is
+//! not measured. The board has one value for each place of the front, and the least value of each
+//! block of places. A tick reads one number for each block, and searches only blocks with a due
+//! pair. Setting and clearing a value changes only two numbers.
 //!
-//! A heap would return the due pairs in order, which is not needed, and would have to be updated
-//! along a path for each of them. A wheel of buckets moves many entries at once when it turns over,
-//! which a loop at 1 kHz feels.
+//! A heap would return the due pairs in order, which is not needed, at the cost of an update along
+//! a path for each pair. A timer wheel sometimes moves many entries at once, which is too slow for
+//! a loop at 1 kHz.
 
-/// Number of places in a block.
-pub(super) const BLOCK: usize = 32;
+/// Number of places in a block. Larger blocks have more values to read for each due pair. Smaller
+/// blocks have more lower bounds to read in each tick.
+pub(super) const BLOCK: usize = 8;
 
-/// Never due.
+/// The wake value of a pair that is never due.
 pub(super) const NEVER: u64 = u64::MAX;
 
 /// Wake values by place.
 #[derive(Clone, Debug)]
 pub(super) struct WakeBoard {
     values: Vec<u64>,
-    /// At most the least value of each block.
+    /// A lower bound of the values of each block.
     least: Vec<u64>,
 }
 
 impl WakeBoard {
-    /// A board of `places` places that are never due.
+    /// Returns a board of `places` places that are never due.
     pub(super) fn new(places: usize) -> Self {
         let blocks = places.div_ceil(BLOCK);
         Self { values: vec![NEVER; blocks * BLOCK], least: vec![NEVER; blocks] }
@@ -38,18 +38,18 @@ impl WakeBoard {
         self.least[..blocks].fill(NEVER);
     }
 
-    /// The wake value of a place.
+    /// Returns the wake value of a place.
     #[inline]
     pub(super) fn get(&self, place: u32) -> u64 {
         self.values[place as usize]
     }
 
-    /// Returns true if the place's block is opened when the place is due.
+    /// Returns true if the block's lower bound includes the value of this place.
     pub(super) fn is_known(&self, place: u32) -> bool {
         self.least[place as usize / BLOCK] <= self.get(place)
     }
 
-    /// Sets the wake value of a place; with [`NEVER`] it is never due.
+    /// Sets the wake value of a place; [`NEVER`] if it is never due.
     #[inline]
     pub(super) fn set(&mut self, place: u32, value: u64) {
         self.values[place as usize] = value;
@@ -57,27 +57,38 @@ impl WakeBoard {
         *least = (*least).min(value);
     }
 
-    /// The first block from `from` to `to` that may hold a value less than `sum`.
-    #[inline]
-    pub(super) fn next_block(&self, from: usize, to: usize, sum: u64) -> Option<usize> {
-        self.least[from..to].iter().position(|&least| least < sum).map(|k| from + k)
-    }
-
-    /// Writes the places of a block whose values are less than `sum` to `due`, corrects the block's
-    /// least value, and returns how many there are.
-    pub(super) fn open(&mut self, block: usize, sum: u64, due: &mut [u32; BLOCK]) -> usize {
-        let begin = block * BLOCK;
-        let (mut count, mut least) = (0, NEVER);
-        for (k, &value) in self.values[begin..begin + BLOCK].iter().enumerate() {
-            due[count] = (begin + k) as u32;
-            count += usize::from(value < sum);
-            least = least.min(value);
+    /// Writes places whose values are less than `sum` to `due`, in order, from block `from` up to
+    /// block `to`, while `due` has room for a whole block. Leaves out blocks for which `is_wanted`
+    /// returns false. Returns the number of places, and the block at which the search continues.
+    /// If a block has no such place, sets its lower bound to its least value.
+    pub(super) fn collect(
+        &mut self,
+        from: usize,
+        to: usize,
+        sum: u64,
+        is_wanted: impl Fn(usize) -> bool,
+        due: &mut [u32],
+    ) -> (usize, usize) {
+        let (mut count, mut block) = (0, from);
+        while count + BLOCK <= due.len() {
+            let Some(next) = self.least[block..to].iter().position(|&least| least < sum) else { return (count, to) };
+            block += next + 1;
+            if !is_wanted(block - 1) {
+                continue;
+            }
+            let (before, begin) = (count, (block - 1) * BLOCK);
+            for (k, &value) in self.values[begin..begin + BLOCK].iter().enumerate() {
+                due[count] = (begin + k) as u32;
+                count += usize::from(value < sum);
+            }
+            if count == before {
+                self.settle(block - 1);
+            }
         }
-        self.least[block] = least;
-        count
+        (count, block)
     }
 
-    /// Corrects a block's least value after its places were set.
+    /// Sets a block's lower bound to its least value.
     pub(super) fn settle(&mut self, block: usize) {
         let begin = block * BLOCK;
         self.least[block] = self.values[begin..begin + BLOCK].iter().copied().fold(NEVER, u64::min);
@@ -88,7 +99,7 @@ impl WakeBoard {
         self.values[..blocks * BLOCK].iter().map(|&value| u32::from(value < sum)).sum()
     }
 
-    /// At most the least value in the first `blocks` blocks.
+    /// Returns a lower bound of the values in the first `blocks` blocks.
     pub(super) fn least(&self, blocks: usize) -> u64 {
         self.least[..blocks].iter().copied().fold(NEVER, u64::min)
     }
@@ -102,7 +113,7 @@ mod tests {
     const SEED: u64 = 0x3A4E;
 
     #[test]
-    fn exactly_the_values_below_the_sum_are_found() {
+    fn all_values_below_the_sum_are_found() {
         let mut random = Random::new(SEED);
         let places = 5 * BLOCK - 3;
         let mut board = WakeBoard::new(places);
@@ -114,18 +125,18 @@ mod tests {
                 board.set(place as u32, value);
                 model[place] = value;
             }
-            let (mut found, mut block) = (Vec::new(), 0);
-            while let Some(next) = board.next_block(block, places.div_ceil(BLOCK), round) {
-                let mut due = [0; BLOCK];
-                let count = board.open(next, round, &mut due);
+            let (mut found, mut block, blocks) = (Vec::new(), 0, places.div_ceil(BLOCK));
+            while block < blocks {
+                let mut due = [0; 2 * BLOCK];
+                let (count, next) = board.collect(block, blocks, round, |_| true, &mut due);
                 found.extend_from_slice(&due[..count]);
                 for &place in &due[..count] {
                     assert_eq!(board.get(place), model[place as usize]);
                     board.set(place, NEVER);
                     model[place as usize] = NEVER;
+                    board.settle(place as usize / BLOCK);
                 }
-                board.settle(next);
-                block = next + 1;
+                block = next;
             }
             let expected = board.least(places.div_ceil(BLOCK)) >= round && model.iter().all(|&value| value >= round);
             assert!(expected, "seed {SEED:#x}, round {round}: {found:?}");

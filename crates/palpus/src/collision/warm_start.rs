@@ -1,29 +1,29 @@
-//! Warm starts: the searches of a pair of nodes begin where they ended in the last query.
+//! Warm starts: the searches of a pair of nodes begin at the results of the last query.
 //!
-//! Warm starts may be cleared at any time: they affect where searches start, not what they find.
+//! Warm starts may be cleared at any time. A warm start changes the start of a search, not its
+//! result.
 
 use glam::DVec3;
 
 use crate::body::{Feature, FeaturePair};
 
-/// End of march and depth walk of a pair in the last query.
+/// Results of march and depth walk of a pair in the last query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarmStart {
-    /// The last closest features: where the march starts.
+    /// The last closest features, at which the march starts.
     pub features: FeaturePair,
     /// The normal of the last depth or of the last closest points: unit, from b into a, in b's
-    /// frame; zero without one. Without a `facet`, this normal only separated the two.
+    /// frame; zero if unknown. If `facet` is `None`, this normal only separates the nodes.
     pub normal: DVec3,
-    /// Vertices of a and b that support that normal.
+    /// Support vertices of a and b along this normal.
     pub hub: [u32; 2],
-    /// The features of the last depth, or of the last closest points within tolerance: the start of
-    /// a depth walk. `None` if there is no start.
+    /// The start of a depth walk: the features of the last depth, or of the last closest points
+    /// within tolerance.
     pub facet: Option<FeaturePair>,
-    /// The features of the last depth along a normal that both pieces own, where that was not the
-    /// least depth.
+    /// The features of the last depth along a shared normal, if that was not the least depth.
     pub admissible: Option<FeaturePair>,
-    /// The sum of the bodies' turns (rad) up to which no normal is owned by both pieces; minus
-    /// infinity when nothing is known.
+    /// Until the sum of relative rotations (rad) exceeds this value, the pieces share no normal.
+    /// Minus infinity if unknown.
     pub(crate) barren_until: f64,
 }
 

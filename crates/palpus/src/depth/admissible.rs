@@ -1,34 +1,35 @@
-//! The depth along normals of the meshes, not of the hulls \[K02 §3.4\].
+//! The depth along normals of the meshes instead of the hulls \[K02 §3.4\].
 //!
-//! A hull adds faces that are not part of the surface. A depth along the normal of such a face
-//! would push out of a surface that does not exist. A normal is *admissible* for a piece if the
-//! piece has it on its source mesh ([`OwnNormals`]). An *admissible facet* of the CSO has a normal
-//! that is admissible for both pieces. The depth of a contact is the least h over the admissible
-//! facets:
+//! A hull adds faces that are not part of the surface. A force along the normal of an added face
+//! would come from a surface that does not exist. A normal is *admissible* for a piece if the
+//! source mesh has this normal at the piece's patch ([`OwnNormals`]). An *admissible facet* of the
+//! CSO has a normal that is admissible for both pieces. The depth of a contact is the least h over
+//! the admissible facets:
 //!
-//! * a normal of a face of b (or a normal at the end of an arc of b), if the opposite normal is
-//!   admissible at the vertex of a that supports it; also with a and b exchanged;
-//! * two edges whose arcs of admissible normals cross.
+//! * A face of b, or the end of an arc of b, against the vertex of body a that supports its normal.
+//!   The opposite normal must be admissible at this vertex. The same holds with a and b exchanged.
+//! * Two edges whose arcs of admissible normals cross.
 //!
-//! Where the bodies touch, such a normal is admissible for both. The admissible depth is never less
-//! than the unconstrained depth. As long as the facet's normal stays admissible, the depth depends
-//! continuously on the pose: h is continuous along every normal, and a crossing moves continuously.
-//! If a crossing ends at an end of an arc, that end is admissible and has the same h. A facet
-//! disappears only if its normal stops being admissible at a vertex, because a neighbour on the
-//! mesh rises above the vertex. Then the piece of that neighbour has the facet, at the same h.
+//! If the bodies touch, the normal of contact is admissible for both pieces. The admissible depth
+//! is never less than the unconstrained depth. While the facet's normal stays admissible, the depth
+//! depends continuously on the pose: h is continuous along every normal, and a crossing moves
+//! continuously. If a crossing reaches an end of an arc, the end is admissible and has the same h.
+//! A facet disappears only if its normal is no longer admissible at a vertex: a neighbour on the
+//! mesh then rises above the vertex. The piece of that neighbour has a facet with the same h.
 //!
 //! 1. If the walk has ended on an admissible facet, that facet is the result.
 //! 2. Otherwise try every admissible facet that is not deeper than the facet of the previous tick
 //!    at this pose. Skip normals outside the cap that contains all normals of the other piece
 //!    ([`Cap`]). For any vertex c of the CSO, h along n is at least n·c, so one known support
-//!    rejects most facets. A normal needs one product. An arc needs the products of its two ends,
-//!    because n·c is concave along an arc where it is not negative.
-//! 3. Cross the remaining arcs of a with the remaining arcs of b. Compute the true supports
-//!    of the facet with the smallest offset.
+//!    rejects most facets. The test of a normal needs one product. The test of an arc needs the
+//!    products at its two ends, because n·c is concave along the part of an arc on which it is not
+//!    negative.
+//! 3. Cross the remaining arcs of body a with the remaining arcs of b. Compute the true supports of
+//!    the facet with the smallest offset.
 //!
-//! Deviation from \[K02\], which moves a depth from virtual features to a neighbouring original
-//! feature, and then walks one step further. That depth jumps where the neighbourhood changes, and
-//! it may miss the least one.
+//! Deviation from \[K02\]: the paper moves a depth from virtual features to a neighbouring original
+//! feature, and then walks one step further. The paper's depth jumps if the neighbourhood changes,
+//! and may not be the least depth.
 
 mod arcs;
 mod points;
@@ -48,19 +49,19 @@ use arcs::Arc;
 /// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdmissibleDepth {
-    /// Point in a's supporting plane. It lies on a if the facet's features face each other.
+    /// Point in a's supporting plane. The point lies on a if the facet's features face each other.
     pub point_a: DVec3,
     /// Point in b's supporting plane.
     pub point_b: DVec3,
-    /// The points (on a, on b) of the two features themselves: the nearest points of the feature
-    /// with the admissible normal and of the other feature.
+    /// The nearest points (on a, on b) of the feature with the admissible normal and the other
+    /// feature.
     pub facing: (DVec3, DVec3),
-    /// Unit vector from b into a.
+    /// Unit vector from body b into body a.
     pub normal: DVec3,
     /// `max_b n·b − min_a n·a` along `normal` (length unit of the polytopes).
     pub depth: f64,
     /// The features that face each other along the normal: a vertex and a face, a vertex and an
-    /// edge (with the normal at the end of its arc), or two edges.
+    /// edge, or two edges. For a vertex and an edge, the normal is the end of the edge's arc.
     pub features: FeaturePair,
     /// True if the walk had ended on a different facet.
     pub moved: bool,
@@ -82,9 +83,9 @@ impl AdmissibleScratch {
     }
 }
 
-/// Returns the smallest depth over the admissible facets of a pair. `walked` is the unconstrained
-/// depth of the pair. `last` has the features of the result at the previous, nearby pose. `None` if
-/// no normal is admissible for both pieces.
+/// Returns the smallest depth over the admissible facets of a pair. `None` if no normal is
+/// admissible for both pieces. `walked` is the unconstrained depth of the pair. `last` has the
+/// features of the result at the previous, nearby pose.
 pub fn admissible_depth(
     a: &OwnNormals<'_>,
     b: &OwnNormals<'_>,
@@ -110,8 +111,9 @@ pub fn admissible_depth(
     search.answer(&mut depths.clip)
 }
 
-/// The least depth along the face normals that both pieces own: an upper bound of
-/// [`admissible_depth`], which also searches edge pairs. Climbs begin at the vertices `hub`. `None` if the pieces own no face normal together.
+/// Returns the least depth along the face normals that are admissible for both pieces; `None` if
+/// there is no such normal. The result is an upper bound of [`admissible_depth`], which also
+/// searches edge pairs. Climbs start at the vertices `hub`.
 pub(crate) fn admissible_bound(
     a: &OwnNormals<'_>,
     b: &OwnNormals<'_>,
@@ -127,20 +129,20 @@ pub(crate) fn admissible_bound(
 /// An upper bound of the depth of two pieces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AdmissibleBound {
-    /// Unit, from b into a, in b's frame; both pieces own it.
+    /// Unit normal from body b into body a, in b's frame. The normal is admissible for both pieces.
     pub(crate) normal: DVec3,
-    /// Vertices of a and b that support it.
+    /// Vertices of bodies a and b that support the normal.
     pub(crate) hub: [u32; 2],
-    /// Along the normal, model units.
+    /// Depth along the normal, in model units.
     pub(crate) depth: f64,
 }
 
-/// Returns the angle (rad) by which the pieces can turn relative to each other, at any position,
-/// before a normal can be admissible for both. Returns 0 if this is unknown.
+/// Returns the angle (rad) by which the pieces must at least turn before a normal can be admissible
+/// for both. The angle is valid for every translation. Returns 0 if the angle is unknown.
 ///
-/// A common facet needs a normal of one piece among the admissible directions of the other, or an
-/// end of an arc on an arc of the other. The ends of arcs are normals too, so testing normals is
-/// sufficient.
+/// A common facet exists only in two cases. A normal of one piece is an admissible direction of the
+/// other, or an end of an arc lies on an arc of the other. The ends of arcs are normals too, so a
+/// test of all normals is sufficient.
 pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
     let mut least = f64::INFINITY;
     for normal in normals(b) {
@@ -193,10 +195,10 @@ struct Search<'s> {
     b: &'s OwnNormals<'s>,
     /// The hub pair of the last support found.
     hub: HubPair,
-    /// The support on a in b's frame, and the support on b in a's frame.
+    /// The support on body a in b's frame, and the support on b in a's frame.
     point_a: DVec3,
     point_b: DVec3,
-    /// Cap that contains the reflected normals of a, in b's frame.
+    /// Cap that contains the reflected normals of body a, in b's frame.
     cap_a: Cap,
     /// Cap that contains the reflected normals of b, in a's frame.
     cap_b: Cap,
@@ -225,9 +227,9 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Limits the search to facets that are not deeper than the previous tick's facet. That facet
-    /// is not yet taken as the result. Among facets of equal depth the first one found is the
-    /// result, so the result does not depend on earlier ticks.
+    /// Limits the search to facets that are not deeper than the previous tick's facet. Does not
+    /// take that facet as the result. Of facets with equal depth, the first one found is the
+    /// result. So the result does not depend on earlier ticks.
     fn no_deeper_than(&mut self, last: FeaturePair) {
         self.try_again(last);
         self.found = None;

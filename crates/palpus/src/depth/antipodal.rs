@@ -1,16 +1,16 @@
 //! Facets of the CSO, and the features of both bodies that span them \[K02 §3.3.3, step 4\].
 //!
 //! The facet of the CSO along n is the planar sum of the features of b and −a that lie in the
-//! supporting plane. A vertex and a face give a copy of the face. Two crossing edges give a
-//! parallelogram. Flush features (a box on a table) give the polygon that is their sum.
+//! supporting plane. The sum of a vertex and a face is a copy of the face. The sum of two crossing
+//! edges is a parallelogram. The sum of flush features (a box on a table) is a larger polygon.
 //!
-//! The facet also shows the direction of descent. If the origin, projected onto the facet's plane,
-//! lies beyond a side, then h decreases in that side's direction, and the facet across that side is
-//! lower. If the projection lies within the facet, the facet is a local minimum of h.
+//! The facet also shows the direction of descent. Project the origin onto the facet's plane. If the
+//! projection lies beyond a side, h decreases in that side's direction, and the facet across that
+//! side is lower. If the projection lies within the facet, the facet is a local minimum of h.
 //!
-//! 1. Find the features of a and b that are flush with the supporting plane.
-//! 2. Merge the sides of the two polygons by direction. This order runs around their sum. Report
-//!    how far the origin lies beyond each side.
+//! 1. Find the features of bodies a and b that are flush with the supporting plane.
+//! 2. Merge the sides of the two polygons by direction. In this order, the sides run around the
+//!    sum of the polygons. Report how far the origin lies beyond each side.
 
 use glam::DVec3;
 
@@ -18,11 +18,11 @@ use super::cso::Cso;
 use super::{Antipodal, HubPair};
 use crate::body::{Feature, Loop, Polytope};
 
-/// A facet of the CSO by a pair of features that spans it: a corner of the overlay of both Gauss
-/// maps.
+/// A facet of the CSO, given by a pair of features that spans it. On the overlay of both Gauss
+/// maps, the facet is a corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
-    /// Unit, from b into a.
+    /// Unit, from body b into body a.
     pub(super) normal: DVec3,
     /// h along the normal, up to rounding.
     pub(super) offset: f64,
@@ -32,14 +32,14 @@ pub(super) struct Corner {
 }
 
 impl Antipodal {
-    /// Returns the pair of features that spans a facet of the CSO with these three corners. Of
-    /// flush features, returns one pair in the facet's plane. `None` if rounding prevents an
+    /// Returns the pair of features that spans the facet of the CSO with these three corners. If
+    /// features are flush, returns one pair in the facet's plane. `None` if rounding prevents an
     /// answer.
     pub(super) fn spanned(a: &Polytope, b: &Polytope, hubs: [HubPair; 3]) -> Option<Self> {
         Self::among(hubs[0], spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?)
     }
 
-    /// A pair that spans a facet, among the flush features around a hub pair.
+    /// Returns a pair that spans a facet, from two flush features at a hub pair.
     fn among(hub: HubPair, feature_a: Feature, feature_b: Feature) -> Option<Self> {
         match (feature_a, feature_b) {
             (_, Feature::Face(b)) => Some(Self::VertexFace { a: hub.a, b }),
@@ -49,8 +49,8 @@ impl Antipodal {
         }
     }
 
-    /// A facet from which to walk downhill: of the faces around the two vertices of a hub pair, the
-    /// one along whose normal the pair has the least offset.
+    /// Returns a facet from which to walk downhill. Of the faces around the two vertices of a hub
+    /// pair, takes the face along whose normal the pair has the least offset.
     pub(super) fn beside(cso: &Cso<'_>, hub: HubPair) -> Self {
         let point_b = cso.b.vertex(hub.b);
         let point_a = cso.point_a(hub.a);
@@ -67,7 +67,7 @@ impl Antipodal {
     }
 }
 
-/// Returns the feature with these vertices, some of which may be equal.
+/// Returns the feature with these vertices. Some of the vertices may be equal.
 fn spanned(polytope: &Polytope, [u, v, w]: [u32; 3]) -> Option<Feature> {
     let (v, w) = if v == u { (w, v) } else { (v, w) };
     if v == u {
@@ -128,8 +128,8 @@ pub(super) struct Facet<'p> {
 }
 
 impl<'p> Facet<'p> {
-    /// Returns the facet at a corner of an overlap. It contains the features that lie in the
-    /// facet's plane within the angle `within` (radians).
+    /// Returns the facet at a corner of an overlap. The facet contains the features that lie in its
+    /// plane within the angle `within` (radians).
     pub(super) fn at(cso: &Cso<'p>, corner: &Corner, within: f64) -> Self {
         let toward_b = cso.toward_b(corner.normal);
         let (feature_a, feature_b) = match corner.antipodal {
@@ -142,9 +142,9 @@ impl<'p> Facet<'p> {
         Self { normal: corner.normal, a: Flush::new(cso.a, feature_a), b: Flush::new(cso.b, feature_b) }
     }
 
-    /// Returns the facet in the plane that a hub pair supports along `normal`, with the features
-    /// that lie in the plane within the angle `within` (radians). Also returns a pair of features
-    /// that spans the facet; `None` if the normal is not that of a facet.
+    /// Returns the facet in the plane that a hub pair supports along `normal`, with the
+    /// features that lie in the plane within the angle `within` (radians). Also returns a pair of
+    /// features that spans the facet. The pair is `None` if no facet has this normal.
     pub(super) fn supported(cso: &Cso<'p>, hub: HubPair, normal: DVec3, within: f64) -> (Self, Option<Antipodal>) {
         let feature_a = flush_at_vertex(cso.a, hub.a, cso.toward_b(normal), within);
         let feature_b = flush_at_vertex(cso.b, hub.b, normal, within);
@@ -152,15 +152,15 @@ impl<'p> Facet<'p> {
         (facet, Antipodal::among(hub, feature_a, feature_b))
     }
 
-    /// Returns the facet at a corner if it is known that only the corner's antipodal features lie
-    /// in its plane.
+    /// Returns the facet at a corner. The caller must know that only the corner's antipodal
+    /// features lie in the facet's plane.
     pub(super) fn spanned(cso: &Cso<'p>, corner: &Corner) -> Self {
         let features = corner.antipodal.features();
         Self { normal: corner.normal, a: Flush::new(cso.a, features.a), b: Flush::new(cso.b, features.b) }
     }
 
     /// Returns the square of the distance by which the origin's projection lies beyond the farthest
-    /// side. Negative if the projection lies within the facet.
+    /// side. The result is negative if the projection lies within the facet.
     pub(super) fn beyond(&self, cso: &Cso<'_>) -> f64 {
         let mut farthest = f64::NEG_INFINITY;
         self.for_each_side(cso, |beyond| farthest = farthest.max(beyond));
@@ -168,11 +168,12 @@ impl<'p> Facet<'p> {
     }
 
     /// Calls `visit` for each side of the facet, with the square of the distance by which the
-    /// origin's projection lies beyond the side. Negative if the projection lies on the inner side.
+    /// origin's projection lies beyond the side. The value is negative if the projection lies on
+    /// the inner side.
     fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(f64)) {
-        // The sides run counter-clockwise about the normal. The loop of b already does so. The loop
-        // of a runs clockwise, because a's outward normal is the opposite one, so it is read
-        // backwards.
+        // The sides run counter-clockwise about the normal. The loop of b already has this
+        // direction. The loop of body a is read backwards: a's outward normal is opposite, so the
+        // loop runs clockwise about the normal.
         let (mut start_a, mut start_b) = (0, 0);
         if self.a.count > 1 && self.b.count > 1 {
             let along = self.normal.any_orthonormal_vector();
@@ -246,9 +247,9 @@ pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3, wit
     feature
 }
 
-/// Returns the face beside edge `e` that lies in the supporting plane with normal `direction`
-/// (unit, in the polytope's frame), within the angle `within` (radians). Returns the edge if
-/// neither face does.
+/// Returns the face beside edge `e` that lies in the supporting plane within the angle `within`
+/// (radians). If neither face lies in this plane, returns the edge. `direction` is the plane's
+/// normal (unit, in the polytope's frame).
 fn flush_at_edge(polytope: &Polytope, e: u32, direction: DVec3, within: f64) -> Feature {
     let edge = polytope.edge(e);
     [edge.left, edge.right]

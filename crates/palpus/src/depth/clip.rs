@@ -1,8 +1,8 @@
 //! Clipping of a convex polygon, segment or point by a half-plane.
 
-/// Keeps the part of a convex polygon (or segment, or point) where `height` is not negative, as far
-/// as there is room in `kept`; returns how many corners it has. `lerp` is the point between two
-/// others at a share of the way.
+/// Clips a convex polygon, segment or point to the part where `height` is not negative. Writes the
+/// corners of this part to `kept`, as far as there is room, and returns their number. `lerp`
+/// returns the point between two points at a share of the way.
 pub(super) fn clip<P: Copy>(
     points: &[P],
     kept: &mut [P],

@@ -1,13 +1,14 @@
 //! The normal cone of a vertex as a spherical polygon: the local Gauss map of \[K02 §3.3.1\].
 //!
-//! The normals of the faces around the vertex are the corners of the polygon, and the edges are its
-//! arcs. A vertex supports a unit n exactly if no edge rises from it along n: `n · edge ≤ 0` for
-//! every edge. Nothing is projected to a plane, so cones wider than a hemisphere and needle tips
-//! need no special case. This deviates from \[K02\], which projects centrally onto z = 1.
+//! The normals of the faces around the vertex are the corners of the polygon, and the edges at the
+//! vertex are the arcs of the polygon. A vertex supports a unit vector n if and only if no edge
+//! rises from the vertex along n: `n · edge ≤ 0` for every edge. Deviation from \[K02\]: the paper
+//! projects the map centrally onto the plane z = 1. Without this projection, cones wider than a
+//! hemisphere and needle tips need no special case.
 //!
-//! Body a is reflected (−a in b's frame). Then both cones contain outward directions, and the
-//! overlay treats them alike. The maps are copied from the polytopes into flat pages, once per
-//! query and vertex. A vertex with more edges than a page can contain has several pages.
+//! Body a is reflected (−a in b's frame). Both cones then contain outward directions, and the
+//! overlay needs one method for both. The maps are copied from the polytopes into flat pages, once
+//! per query and vertex. A vertex with more edges than a page can contain has several pages.
 
 use glam::DVec3;
 
@@ -15,20 +16,21 @@ use super::cso::Cso;
 use crate::algebra::tolerance::CONE_SLACK;
 use crate::body::{Polytope, Ring};
 
-/// Number of arcs in one page. Vertices of meshes have about 6 edges. Vertices with more edges than
-/// this need several pages.
+/// Number of arcs in one page. Vertices of meshes have about 6 edges. A vertex with more than this
+/// number needs several pages.
 pub(super) const PAGE: usize = 32;
 
-/// Pages kept per body. The corners of an edge pair need 2, the corners of a triangle need 3.
+/// Number of pages that are kept per body. The vertices of an edge need 2 pages, and the
+/// vertices of a triangle need 3.
 const PAGES: usize = 4;
 
-/// One arc of a local Gauss map, in b's frame. An arc of a belongs to the reflected body −a.
+/// One arc of a local Gauss map, in b's frame. An arc of body a belongs to the reflected body −a.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     /// Vector from the vertex to the neighbour; not a unit vector.
     pub(super) edge: DVec3,
-    /// Outward normal of the face on the left of the edge. For a, left refers to the body before
-    /// the reflection.
+    /// Outward normal of the face on the left of the edge. For body a, left refers to the body
+    /// before the reflection.
     pub(super) left: DVec3,
     /// Outward normal of the face on the right.
     pub(super) right: DVec3,

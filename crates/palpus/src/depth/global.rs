@@ -1,25 +1,27 @@
-//! The penetration depth of two solids of any shape, as a pair of proven bounds. It is the length
-//! of the shortest translation that separates the solids.
+//! The penetration depth of two solids of any shape, as a pair of proven bounds. The depth is the
+//! length of the shortest translation that separates the solids.
 //!
-//! Solids A (at a pose) and B. A translation t is *free* if A moved by t and B have no inner point
-//! in common. The depth is the least |t| of all free t. The straight motion to that position may
-//! pass through B. The result satisfies lower ≤ depth ≤ upper:
+//! Let A (at a pose) and B be the solids. A translation t is *free* if A moved by t and B have no
+//! inner point in common. The depth is the least |t| of all free t. The straight motion of A by t
+//! may pass through B. The result satisfies lower ≤ depth ≤ upper:
 //!
 //! 1. *Blocked translations*. If a convex set P in A and a convex set Q in B overlap at t, then t
-//!    is not free. All such t form a convex set, an [obstacle](obstacle). The [interior](interior)
-//!    of each solid is filled with large convex cells. If the surfaces do not cross but one body
-//!    lies in the other, no translation shorter than the distance of the surfaces is free. This
-//!    obstacle is a ball.
-//! 2. *Free translations*. A translation is free if the surfaces have no common point and no part
-//!    of one lies in the other body ([surfaces](surfaces)). This uses exact predicates on the
-//!    triangles and does not depend on the cells.
-//! 3. *Search* ([cones](cones)). A surface around the origin encloses blocked translations only. It
-//!    grows where it is nearest to the origin. Where it cannot grow, either a free translation is
-//!    found or the surface is subdivided.
+//!    is not free. These t form a convex set, an [obstacle](obstacle). The [interior](interior) of
+//!    each solid is filled with large convex cells, and pairs of cells give the obstacles. If one
+//!    body lies in the other and the surfaces do not cross, no translation shorter than the
+//!    distance of the surfaces is free. The shorter translations then form a ball, which is another
+//!    obstacle.
+//! 2. *Free translations*. A translation is free if the surfaces have no common point and no
+//!    part of one surface lies in the other body ([surfaces](surfaces)). The test uses exact
+//!    predicates on the triangles and does not depend on the cells.
+//! 3. *Search* ([cones](cones)). A surface around the origin encloses only blocked translations.
+//!    The surface grows where it is nearest to the origin. If the surface cannot grow at this
+//!    place, the search either finds a free translation or subdivides the surface.
 //!
-//! A surface that is not closed bounds no solid. Such a body has no inside: a translation is free
-//! if its triangles neither cross the other surface nor lie in the other solid. If a closed surface
-//! crosses itself, its inside is every point around which it winds at least once.
+//! A surface that is not closed bounds no solid, so a body with an open surface has no inside. A
+//! translation is then free if the body's triangles neither cross the other surface nor lie in the
+//! other solid. If a closed surface crosses itself, a point is inside if the surface winds around
+//! it at least once.
 //!
 //! `docs/global-depth.md` has the proofs and figures.
 
@@ -71,18 +73,19 @@ pub struct GlobalDepth<'a> {
 /// The wanted gap of the bounds, and the budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobalSettings {
-    /// The search ends if upper − lower is at most this (model units).
+    /// The search ends if upper − lower is at most this value (model units).
     pub gap: f64,
     /// The search ends after about this many evaluations. One evaluation is a detailed test of an
     /// obstacle or a comparison of triangles.
     pub budget: u64,
-    /// If true, a translation counts as free only if a can then leave b along a straight line
+    /// If true, a translation counts as free only if body a can then leave b along a straight line
     /// without rotating. The lower bound is still valid for all free translations.
     pub outside: bool,
 }
 
 impl GlobalSettings {
-    /// Returns a gap of 1 % of the smaller body's size, and a budget that is enough for most poses.
+    /// Returns settings with a gap of 1 % of the smaller body's size, and with a budget that is
+    /// enough for most poses.
     pub fn new(a: &Body, b: &Body) -> Self {
         Self { gap: DEPTH_GAP * a.size().min(b.size()), budget: DEPTH_BUDGET, outside: false }
     }
@@ -91,15 +94,17 @@ impl GlobalSettings {
 /// Proven bounds of the depth at one pose, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthBracket {
-    /// No shorter translation separates the bodies. 0 if they are already separate. Model units.
+    /// No translation shorter than this separates the bodies (model units). 0 if the bodies are
+    /// separate.
     pub lower: f64,
     /// The length of `translation` (model units).
     pub upper: f64,
-    /// Moving a by this translation separates the bodies. Verified on the triangles.
+    /// Moving body a by this translation separates the bodies. The query verifies the separation on
+    /// the triangles.
     pub translation: DVec3,
     /// True if the gap between the bounds is as small as requested.
     pub certified: bool,
-    /// Which body lies in the other, if any.
+    /// States which body lies in the other, if any.
     pub containment: Containment,
     /// The distance of the surfaces (model units) if the bodies are separate or one lies in the
     /// other.
@@ -123,9 +128,9 @@ impl DepthBracket {
     }
 }
 
-/// The previous answer of a search, with the cones and obstacles that proved it. It is the start of
-/// the search at the next pose. It affects the time of the search, but not the validity of the
-/// bounds.
+/// The previous answer of a search, with the cones and obstacles that proved it. The search at the
+/// next pose starts from this memory. The memory affects the time of the search, but not the
+/// validity of the bounds.
 #[derive(Clone, Debug, Default)]
 pub struct GlobalMemory {
     translation: Option<DVec3>,
@@ -137,8 +142,8 @@ pub struct GlobalMemory {
     gates: BTreeMap<Ray, Gate>,
     /// Number of leaves after the last search without memory.
     fresh: usize,
-    /// The leaves of that search, without the added obstacles. Cones are cut but never merged, so a
-    /// search sometimes starts from these leaves again.
+    /// The leaves of the last search without memory, without the added obstacles. Cones are cut but
+    /// never merged, so a search sometimes starts from these leaves again.
     base: Vec<Leaf>,
     /// True if the last search started from `base`.
     rebased: bool,
@@ -151,13 +156,12 @@ impl<'a> GlobalDepth<'a> {
         Self { a, interior_a, b, interior_b }
     }
 
-    /// Number of consecutive poses per worker task: see [`Self::run_all`].
+    /// Number of consecutive poses per worker task; see [`Self::run_all`].
     pub const RUN: usize = 25;
 
-    /// Calls `answer` for each run of [`Self::RUN`] consecutive poses, with a memory that is empty
-    /// at the start of the run. The poses are numbered from 0 to `count` − 1. Returns the answers
-    /// in order. They are the same for any number of workers. `progress` is called with the
-    /// fraction done.
+    /// Divides the poses 0 to `count` − 1 into runs of [`Self::RUN`] consecutive poses. Calls
+    /// `answer` for each run, with an empty memory. Returns the answers in order. The answers are
+    /// the same for any number of workers. Calls `progress` with the finished fraction.
     pub fn run_all<T: Send + Sync>(
         count: usize,
         workers: &dyn Workers,
@@ -171,7 +175,7 @@ impl<'a> GlobalDepth<'a> {
         map_in_order(workers, count.div_ceil(Self::RUN), 1, of_run, progress)
     }
 
-    /// Returns bounds of the depth with a at `pose_ba` in b's frame.
+    /// Returns bounds of the depth with body a at `pose_ba` in b's frame.
     pub fn run(&self, pose_ba: &Pose, settings: &GlobalSettings, memory: &mut GlobalMemory) -> DepthBracket {
         let size = self.a.size().min(self.b.size());
         let convex = convex_pair(self, pose_ba, &mut memory.convex);
@@ -202,7 +206,7 @@ impl<'a> GlobalDepth<'a> {
         self.bracket(lower, translation, settings, (containment, distance), evaluations)
     }
 
-    /// Returns the answer for bodies that are not separate.
+    /// Returns the result for bodies that are not separate.
     fn bracket(
         &self,
         lower: f64,
@@ -252,7 +256,8 @@ impl<'a> GlobalDepth<'a> {
                 leaf.chain.retain(|key| !matches!(key, Key::Added(_)));
             }
         }
-        // If the search from the base leaves also made that many cuts, the base is out of date.
+        // If the search from the base leaves also doubled the number of leaves, the base is out of
+        // date.
         let many = leaves.len() > 2 * memory.fresh;
         memory.leaves = match (many, memory.rebased) {
             (false, _) => leaves,
@@ -263,7 +268,7 @@ impl<'a> GlobalDepth<'a> {
         (lower, translation)
     }
 
-    /// Returns true if a moved by at most `share` of the smaller body's size from `last` to
+    /// Returns true if body a moved by at most `share` of the smaller body's size from `last` to
     /// `pose_ba`.
     fn is_near(&self, pose_ba: &Pose, last: Option<&Pose>, share: f64) -> bool {
         let reach = share * self.a.size().min(self.b.size());

@@ -1,26 +1,26 @@
-//! A closed surface of triangles inside the CSO, grown around the origin. It proves a depth.
+//! A closed surface of triangles inside the CSO that grows around the origin and proves a depth.
 //!
-//! Its corners are differences of vertices of the two bodies. So the CSO contains the corners and
-//! their hull for every shape of the surface. Suppose that no triangle comes nearer to the origin
-//! than u, and that the surface winds around the origin. Then it winds around every point of the
-//! ball of radius u, so the CSO contains that ball, and no direction has h(n) < u. The surface need
-//! not be convex or connected. It only has to be closed, with every edge used once in each
-//! direction, and every operation here preserves that. It winds around the origin if the origin
-//! lies on the inner side of every triangle.
+//! The corners of the surface are differences of vertices of the two bodies. So the CSO contains
+//! the corners and their hull, for every shape of the surface. Suppose that no triangle is nearer
+//! to the origin than u, and that the surface winds around the origin. The surface then winds
+//! around every point of the ball of radius u. So the CSO contains this ball, and no direction has
+//! h(n) < u. The surface need not be convex or connected. The surface must only be closed, with
+//! every edge used once in each direction. Every operation in this module keeps the surface closed.
+//! The surface winds around the origin if the origin lies on the inner side of every triangle.
 //!
-//! 1. Start with a tetrahedron of supports (cold), or with the surface of an earlier proof, whose
-//!    corners are recomputed at the new pose.
+//! 1. Start with a tetrahedron of supports, or with the surface of an earlier proof. Compute the
+//!    corners of an earlier surface again at the new pose.
 //! 2. Measure each triangle: compute its unit normal, and the least height of its corners along the
 //!    normal. The triangle is at least that far from the origin, even if rounding tilts the normal.
 //! 3. Grow the surface from a triangle to a new corner: remove the surrounding triangles that face
 //!    the corner, and close the hole with a fan around the corner. Also remove triangles that
-//!    already have this corner; this flips an edge if motion has folded the surface.
+//!    already have this corner. If motion has folded the surface, this removal flips an edge.
 //!
-//! The list of triangles stays compact: new triangles take the places of the removed ones.
+//! The list of triangles stays compact: new triangles take the places of removed triangles.
 //!
-//! A triangle of zero height lies, within the proof's precision, on edges of other triangles, and
-//! those are measured. It counts as facing every point, so that it is removed together with its
-//! neighbours.
+//! A triangle of zero height lies on edges of other triangles, within the proof's precision. These
+//! other triangles are measured in its place. A triangle of zero height counts as facing every
+//! point, so it is removed together with its neighbours.
 
 mod grow;
 mod validate;
@@ -38,8 +38,8 @@ pub(super) struct Tip {
     pub(super) at: DVec3,
 }
 
-/// Edge `side` of a triangle, from its tip `side` to the next tip. [`PROOF_TRIANGLES`] is small
-/// enough to store both numbers in one `u16`.
+/// Edge `side` of a triangle, from its tip `side` to the next tip. Both numbers fit in one `u16`,
+/// because [`PROOF_TRIANGLES`] is small enough.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Half(u16);
 
@@ -60,8 +60,8 @@ impl Half {
     }
 }
 
-/// A triangle: its corners (counter-clockwise as seen from outside), and for each k the neighbour's
-/// edge across the edge from tip k to the next tip.
+/// A triangle with its corners, counter-clockwise as seen from outside. For each k, `across[k]` is
+/// the neighbour's edge at the edge from tip k to the next tip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint {
     pub(super) tips: [u16; 3],
@@ -70,8 +70,8 @@ pub(super) struct Joint {
     alive: bool,
 }
 
-/// An edge on the rim of a hole: its two tips, and the edge of the triangle outside the hole, which
-/// runs in the opposite direction.
+/// An edge on the rim of a hole: its two tips, and the edge of the triangle outside the hole. The
+/// outer edge runs in the opposite direction.
 #[derive(Clone, Copy, Debug)]
 struct Rim {
     from: u16,
@@ -79,12 +79,12 @@ struct Rim {
     outer: Half,
 }
 
-/// Why a surface could not be grown.
+/// The reason why a surface could not be grown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
     /// No room for more tips or triangles.
     Full,
-    /// The hole had no rim: rounding has torn the surface.
+    /// The hole had no rim, because rounding has torn the surface.
     Torn,
 }
 
@@ -101,22 +101,23 @@ pub(super) struct Nearest {
 pub(super) struct Surface {
     tips: Vec<Tip>,
     joints: Vec<Joint>,
-    /// Outward unit normal of each triangle. Zero if the triangle has no height.
+    /// Outward unit normal of each triangle. The normal is zero if the triangle has no height.
     normals: Vec<DVec3>,
-    /// For each triangle, the least height of its tips along the normal. Infinite if the triangle
-    /// has no height or was removed.
+    /// For each triangle, the least height of its tips along the normal. The value is infinite if
+    /// the triangle has no height or was removed.
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
     slack: f64,
-    /// True if motion may have folded the surface; then a support can be one of its tips. A surface
-    /// grown from a tetrahedron is convex.
+    /// True if motion may have folded the surface. A new support can then be an existing tip. A
+    /// surface that was grown from a tetrahedron at this pose is convex.
     folded: bool,
     /// Places of removed triangles.
     free: Vec<u16>,
-    /// Edges that the search has not crossed yet, each stored as an edge of the triangle behind it.
+    /// Edges that the search has not crossed yet. Each is stored as an edge of the triangle on its
+    /// far side.
     ahead: Vec<Half>,
     rim: Vec<Rim>,
-    /// New numbers of triangles or tips after the unused ones are dropped.
+    /// New numbers of the triangles or tips after unused triangles or tips were dropped.
     renumbered: Vec<u16>,
 }
 
@@ -148,7 +149,7 @@ impl Surface {
         self.folded = folded;
     }
 
-    /// Adds a tip without making it part of the surface.
+    /// Adds a tip to the list, but not to any triangle.
     #[inline]
     pub(super) fn push_tip(&mut self, cso: &Cso<'_>, hub: HubPair) {
         self.tips.push(Tip { hub, at: cso.vertex(hub) });
@@ -174,7 +175,7 @@ impl Surface {
         if volume > 0.0 {
             self.tips.swap(0, 1);
         }
-        // With s below the triangle pqr, pqr is counter-clockwise as seen from above.
+        // If s is below the triangle pqr, pqr is counter-clockwise as seen from above.
         let faces = [
             ([0, 1, 2], [(1, 0), (2, 0), (3, 0)]),
             ([1, 0, 3], [(0, 0), (3, 2), (2, 1)]),
@@ -189,8 +190,8 @@ impl Surface {
     }
 
     /// Returns the triangle that is nearest to the origin. If the origin lies outside some
-    /// triangles, returns the one from which it is farthest. The offset is infinite if all
-    /// triangles have zero height.
+    /// triangles, returns the triangle from which the origin is farthest. The offset is infinite if
+    /// all triangles have zero height.
     #[inline]
     pub(super) fn nearest(&self) -> Nearest {
         let offset = least(&self.offsets);
@@ -207,7 +208,7 @@ impl Surface {
         &self.tips
     }
 
-    /// Returns the triangles. Call [`Self::compact`] first to drop the removed ones.
+    /// Returns the triangles. Call [`Self::compact`] first to drop removed triangles.
     pub(super) fn joints(&self) -> &[Joint] {
         &self.joints
     }
@@ -278,7 +279,8 @@ pub(super) fn judged([p, q, r]: [DVec3; 3], slack: f64) -> (DVec3, f64) {
     judged_from(p, [q, r], [q - p, r - p], slack * slack)
 }
 
-/// As [`judged`], with u = q − p, v = r − p and the square of the slack already computed.
+/// Returns the same as [`judged`], from the vectors u = q − p and v = r − p and the square of the
+/// slack.
 #[inline]
 fn judged_from(p: DVec3, [q, r]: [DVec3; 2], [u, v]: [DVec3; 2], slack_squared: f64) -> (DVec3, f64) {
     let across = u.cross(v);
@@ -291,7 +293,7 @@ fn judged_from(p: DVec3, [q, r]: [DVec3; 2], [u, v]: [DVec3; 2], slack_squared: 
     (normal, normal.dot(p).min(normal.dot(q)).min(normal.dot(r)))
 }
 
-/// Returns the least of some values, or infinity if there are none. The values contain no NaN.
+/// Returns the least of `values`; infinity if the list is empty. The values must not contain NaN.
 #[inline]
 fn least(values: &[f64]) -> f64 {
     let (fours, rest) = values.as_chunks::<4>();

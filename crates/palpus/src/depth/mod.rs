@@ -1,4 +1,5 @@
-//! Penetration depth by a walk over the surface of the Minkowski difference \[K02 §3.3, §3.4\].
+//! Penetration depth of convex pieces, by a walk over the surface of their Minkowski difference
+//! \[K02 §3.3, §3.4\]. Also the penetration depth of whole bodies, with proven bounds.
 
 mod admissible;
 mod answer;

@@ -1,10 +1,10 @@
-//! Exhaustive search for the depth, for tests. It uses no walk and no Gauss map, and no tolerance
-//! decides its result.
+//! Exhaustive search for the depth, for tests. The oracle uses no walk and no Gauss map, and no
+//! tolerance decides its result.
 //!
 //! The least h lies at a normal of a face or at a common perpendicular of two edges. The oracle
-//! tries all of them with their true support offsets, so even an invalid candidate cannot make the
-//! result too small. Limitation: the oracle uses the same vertices and the same support mapping as
-//! the engine.
+//! tries all these directions with their true support offsets, so even an invalid candidate cannot
+//! make the result too small. Limitation: the oracle uses the same vertices and the same support
+//! mapping as the engine.
 
 use glam::DVec3;
 
@@ -13,8 +13,8 @@ use super::cso::Cso;
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// Returns the global depth of the pair, and its normal from b into a in b's frame. If the bodies
-/// are apart, the depth is negative and only a bound.
+/// Returns the global depth of the pair, and its normal from body b into body a in b's frame. If
+/// the bodies are apart, the depth is negative, and their distance is at least its absolute value.
 pub(crate) fn exhaustive_depth(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> (f64, DVec3) {
     let cso = Cso { a, b, pose_ba };
     let mut oracle = Oracle { cso, hub: HubPair { a: 0, b: 0 }, best: (f64::INFINITY, DVec3::ZERO) };
@@ -34,8 +34,8 @@ struct Oracle<'o> {
     best: (f64, DVec3),
 }
 
-/// An edge, and for each of its two faces one more vertex. All points are relative to the edge's
-/// tail.
+/// An edge, and one further vertex of each of its two faces. `along` and `beside` are relative to
+/// the edge's tail.
 struct Wedge {
     tail: DVec3,
     along: DVec3,
@@ -79,7 +79,7 @@ impl Oracle<'_> {
                 let offset = unit.dot(b.tail - a.tail);
                 for normal in [unit, -unit] {
                     // n·(b − a) never exceeds h(n). Also, n cannot support an edge if a face beside
-                    // the edge rises above it.
+                    // the edge rises above the edge.
                     let lower = if normal == unit { offset } else { -offset };
                     let slack = |v: DVec3| 1e-7 * v.length();
                     if lower < self.best.0

@@ -1,22 +1,22 @@
 //! Overlaps of two normal cones on the sphere \[K02 §3.3.3, steps 1–4\].
 //!
-//! The facets of the CSO around its vertex `c = b − a` are the corners of an overlap: the overlap
-//! of b's normal cone with the normal cone of the reflected a. Over the overlap, h(n) = n·c. This
-//! function is concave along every arc on which it is not negative. So its least value lies at a
-//! corner. If both ends of an arc are higher than the best known offset, the arc contains nothing
-//! lower.
+//! The normal cone of a vertex of b and the normal cone of a vertex of the reflected a overlap. The
+//! corners of the overlap are the facets of the CSO around its vertex `c = b − a`. Over the
+//! overlap, h(n) = n·c. This function is concave along every arc on which it is not negative. So
+//! its least value lies at a corner. If both ends of an arc are higher than the best known offset,
+//! no point of the arc is lower.
 //!
-//! 1. Compute n·c for all face normals of both rings. Test the normals below the limit `bar`
-//!    against the other cone (VF, FV). For a face that passes, compute the offset from the face's
-//!    plane. Merged faces are flat only within a tolerance, so the corners of one face would give
-//!    its facet several offsets.
-//! 2. Keep the arcs that have an end below `bar`.
-//! 3. Cross the kept arcs of a with the kept arcs of b (EE). Two arcs cross if the ends of each lie
-//!    on both sides of the other's great circle, in matching order. Four signs of dot products
-//!    decide this. Offsets are compared without square roots.
+//! 1. Compute n·c for all face normals of both rings. If n·c is below the limit `bar`, test whether
+//!    the other cone contains the normal (VF, FV). If the other cone contains it, compute the
+//!    offset from the face's plane. Merged faces are flat only within a tolerance, so each
+//!    corner of a face would give another offset.
+//! 2. Keep the arcs with an end below `bar`.
+//! 3. Cross the kept arcs of body a with the kept arcs of b (EE). Two arcs cross if the ends of
+//!    each arc lie on both sides of the other arc's great circle, in matching order. Four signs of
+//!    dot products decide whether they do. Offsets are compared without square roots.
 //!
 //! If two cones only touch (aligned boxes), they meet in face normals, and step 1 accepts these
-//! within a tolerance. So step 3 needs no tolerance and skips nearly parallel edges.
+//! normals within a tolerance. So step 3 needs no tolerance, and skips nearly parallel edges.
 
 use glam::DVec3;
 
@@ -26,13 +26,13 @@ use super::gauss_map::{Arc, GaussMaps, PAGE, cone_holds, pages};
 use super::{Antipodal, HubPair};
 use crate::algebra::tolerance::PARALLEL_EDGES;
 
-/// Arcs of one page that have an end below `bar`.
+/// The arcs of one page with an end below `bar`.
 struct Kept {
     count: usize,
     arcs: [u8; PAGE],
 }
 
-/// Returns the corner with the smallest offset of the overlap at `hub`. `None` if no corner lies
+/// Returns the corner with the smallest offset in the overlap at `hub`. `None` if no corner is
 /// below `bar`.
 pub(super) fn lowest_corner(
     cso: &Cso<'_>,
@@ -142,7 +142,7 @@ impl Search<'_> {
         // removing that part, the plane supports both edges.
         let normal = (across - a.edge * (across.dot(a.edge) / length_a)).normalize_or_zero();
         let offset = normal.dot(self.c);
-        // For nearly parallel edges the signs depend on rounding, so the crossing may be spurious.
+        // For nearly parallel edges, the signs depend on rounding, so the crossing may be false.
         if offset < self.bar
             && cone_holds(self.cso.a, self.hub.a, self.cso.toward_b(normal))
             && cone_holds(self.cso.b, self.hub.b, normal)
@@ -152,11 +152,11 @@ impl Search<'_> {
     }
 }
 
-/// Returns the direction in which the arcs of two edges cross, not normalised. `None` if they do not
-/// cross.
+/// Returns the direction in which the arcs of two edges cross; not a unit vector. `None` if the
+/// arcs do not cross.
 ///
-/// Two arcs cross if the ends of each lie on both sides of the other's great circle. The ring of
-/// the reflected a runs clockwise, so both arcs need the same pattern of signs.
+/// Two arcs cross if the ends of each arc lie on both sides of the other arc's great circle. The
+/// ring of the reflected a runs clockwise, so both arcs need the same pattern of signs.
 #[inline]
 pub(super) fn crossing(
     [left_a, right_a]: [DVec3; 2],

@@ -1,36 +1,37 @@
 //! Contact patches: the corners of the overlap of two pieces that are flush or nearly flush. \[K02
-//! §3.3.3\] leaves this case open.
+//! §3.3.3\] does not treat this case.
 //!
 //! If a face rests on a face, many points are equally close. A single point does not determine how
-//! the pair resists a tilt, and the exact witness jumps between the points. The patch represents
-//! all of them. Its corners span the overlap, and each corner has a gap. A load anywhere on the
-//! overlap is a combination of loads at the corners.
+//! the pair resists a tilt, and the exact witness jumps between the points. A patch represents all
+//! these points. Its corners span the overlap, and each corner has a gap. A load at any point of
+//! the overlap is a combination of loads at the corners.
 //!
-//! The *contact frame* has its z axis along the normal. In it, the gap between the two surfaces is
-//! a convex function of the place (x, y): the height of a's lower surface minus the height of b's
-//! upper surface, where both project onto the place. It is linear between its corners, so the
-//! corners determine it:
+//! The *contact frame* has its z axis along the normal. The gap at a place (x, y) is the height of
+//! a's lower surface minus the height of b's upper surface. The gap is a convex function of the
+//! place, and is linear between the corners. So the corners determine the gap:
 //!
-//! 1. *Outlines*: find the original faces of each piece around the contact's feature whose slope
-//!    relative to the contact plane is less than `slope`. Each of them gives a polygon. If there is
-//!    no such face, use the edges at the feature below the same slope. A steep feature has no
-//!    outline, and the witness is the only contact point.
-//! 2. *Overlap*: clip the projection of each outline of a by the projection of each outline of b.
-//!    The gap at a corner is the height of a's plane above b's plane.
-//! 3. *Sides beside each other*: two nearly parallel sides may pass outside each other. The ends of
-//!    their common stretch become corners, and the gap there is the height plus the lateral
-//!    distance. An edge along an edge has no overlap; its patch is that stretch.
-//! 4. *Duplicates*: merge corners that coincide. Add the exact witness if no corner is as deep.
+//! 1. *Outlines*: around the contact's feature on each piece, find the original faces whose slope
+//!    relative to the contact plane is less than `slope`. Each of these faces gives a polygon. If
+//!    no face is that flat, use the edges at the feature whose slope is less than `slope`. A steep
+//!    feature has no outline, and the witness is the only contact point.
+//! 2. *Overlap*: clip the projection of each outline of body a by the projection of each outline of
+//!    b. The gap at a corner is the height of a's plane above b's plane.
+//! 3. *Sides beside each other*: two nearly parallel sides may pass each other without an overlap.
+//!    The ends of their common stretch become corners. The gap at these corners is the height plus
+//!    the lateral distance. Two parallel edges have no overlap; their patch is the common stretch.
+//! 4. *Duplicates*: merge corners that coincide. Add the exact witness if it is deeper than every
+//!    corner.
 //!
 //! [`crate::force::TiltShares`] computes the weight of each corner, for all contacts of a pair of
 //! bodies at once. The weight is the range of tilts (up to the slope) at which the bodies would
-//! stand on that corner. If a corner appears or disappears while the bodies slide, turn or tilt,
-//! its weight is zero at that moment: it coincides with another corner, it lies on the line between
-//! two corners, or its face is as steep as the slope. If a piece has more flat faces than a patch
-//! holds, the slope is reduced to the slope of the first omitted face. The reduced slope also
-//! changes continuously.
+//! stand on that corner. A corner may appear or disappear while the bodies slide, turn or tilt.
+//! At that moment the corner's weight is zero. The corner then coincides with another corner, lies
+//! on the line between two corners, or belongs to a face that is as steep as the slope. If a piece
+//! has more flat faces than a patch can contain, the slope is reduced to the slope of the first
+//! omitted face. The reduced slope also changes continuously.
 //!
-//! An outline with many sides keeps only every n-th corner, the same corners at every pose.
+//! If an outline has many sides, it keeps only every n-th corner, and the same corners at every
+//! pose.
 
 mod outline;
 
@@ -48,11 +49,11 @@ use crate::body::{Feature, FeaturePair, Polytope};
 pub struct Touch {
     /// The features on which the exact witness points lie.
     pub features: FeaturePair,
-    /// Exact witness point on a.
+    /// Exact witness point on body a.
     pub point_a: DVec3,
     /// Exact witness point on b.
     pub point_b: DVec3,
-    /// Unit vector from b into a.
+    /// Unit vector from body b into body a.
     pub normal: DVec3,
 }
 
@@ -61,8 +62,8 @@ pub struct Touch {
 pub struct Corner {
     /// The point halfway between the two surfaces.
     pub midpoint: DVec3,
-    /// Distance between the surfaces along the contact's normal (length unit of the polytopes).
-    /// Negative where they overlap.
+    /// Distance between the surfaces along the contact's normal (length unit of the polytopes). The
+    /// value is negative if the surfaces overlap at the corner.
     pub separation: f64,
     /// The faces or edges on which the corner lies.
     pub features: FeaturePair,
@@ -106,11 +107,12 @@ impl Patch {
         }
     }
 
-    /// Finds the corners of the contact `touch` whose separation is less than `within` (length unit
-    /// of the polytopes), for tilts up to `slope` (tangent of the angle). Returns the slope up to
-    /// which no corner is missing.
+    /// Finds the corners of the contact `touch` for tilts up to `slope` (tangent of the angle).
+    /// Keeps the corners whose separation is less than `within` (length unit of the polytopes).
+    /// Returns the slope up to which no corner is missing.
     ///
-    /// The first of [`Self::corners`] is the witness, or the corner that is as deep as the witness.
+    /// The first of [`Self::corners`] is the deepest corner if it is as deep as the witness, else
+    /// the witness.
     pub fn find(
         &mut self,
         a: &Polytope,
@@ -149,7 +151,7 @@ impl Patch {
         &self.corners
     }
 
-    /// Step 2 of the module's list.
+    /// Does step 2 of the module's list.
     fn overlap(&mut self, a: &Outline, b: &Outline, rounding: f64) {
         if a.is_segment() && b.is_segment() {
             if let Some(place) = crossing(a.side(0).ends(), b.side(0).ends()) {
@@ -173,7 +175,7 @@ impl Patch {
         }
     }
 
-    /// Step 3 of the module's list.
+    /// Does step 3 of the module's list.
     fn beside(&mut self, a: &Outline, b: &Outline, slope: f64, rounding: f64) {
         for i in 0..a.side_count() {
             let side_a = a.side(i);
@@ -199,7 +201,7 @@ impl Patch {
     }
 
     /// Adds the place between p (on a side of `a`) and q (on a side of `b`), if the two sides are
-    /// beside each other there.
+    /// beside each other at this place.
     fn add_beside(
         &mut self,
         a: &Outline,
@@ -216,7 +218,8 @@ impl Patch {
         }
     }
 
-    /// Step 4: adds a corner at `place`. If a corner is already there, keeps the deeper one.
+    /// Does step 4: adds a corner at `place`. If a corner already exists at `place`, keeps the
+    /// deeper of the two corners.
     fn add(&mut self, a: &Outline, b: &Outline, place: DVec2, lateral: f64, rounding: f64) {
         let (above, below) = (a.height(place), b.height(place));
         let gap = above - below + lateral;
@@ -233,14 +236,14 @@ impl Patch {
         }
     }
 
-    /// Writes the corners nearer than `within`. The first one is the witness, or the deepest corner
-    /// if that is as deep as the witness.
+    /// Writes the corners whose separation is less than `within`. The first is the deepest corner
+    /// if it is as deep as the witness, else the witness.
     fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
         let found = &self.found[..self.count];
         let corner = |found: &Found| {
             let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
-            // No gap is less than the separation. The planes of merged faces are exact only within
-            // the flatness tolerance.
+            // A gap must not be less than the separation. The computed gap can be less, because the
+            // planes of merged faces are exact only within the flatness tolerance.
             Corner { midpoint, separation: found.gap.max(separation), features: found.features }
         };
         let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));
@@ -263,7 +266,7 @@ impl Default for Patch {
     }
 }
 
-/// Returns the intersection of two segments. `None` if they do not cross.
+/// Returns the intersection of two segments. `None` if the segments do not cross.
 fn crossing([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<DVec2> {
     let (along, other) = (q - p, s - r);
     let across = along.perp_dot(other);

@@ -1,19 +1,19 @@
 //! The penetration depth of two overlapping convex polytopes \[K02 §3.3\].
 //!
 //! 1. If the seeds contain the pair's previous answer, walk downhill from the facet of that answer.
-//!    If no other seed has a smaller offset than the end of the walk, that end is the answer. It is
-//!    a local minimum of h.
-//! 2. Otherwise grow a surface inside the CSO from nothing (see the certificate), starting with the
-//!    lowest seed. It finds the direction of the depth, and in most cases a proof.
+//!    If no other seed has a smaller offset than the end of the walk, the end is the answer. The
+//!    answer is then a local minimum of h.
+//! 2. Otherwise grow a new surface inside the CSO (see `certificate`), starting with the lowest
+//!    seed. The surface gives the direction of the depth, and in most cases a proof.
 //! 3. Compute the witness points.
 //!
-//! The depth is always the exact h of the returned normal: moving a by the depth along the normal
-//! separates the pair. Only a walk can miss a direction that has a smaller h.
+//! The depth is always the exact h of the returned normal: moving body a by the depth along the
+//! normal separates the pair. A result of the walk alone may miss a direction with a smaller h.
 //!
-//! Deviation from \[K02\]: without a previous answer, the paper walks from one start. Such a walk
-//! ends in a local minimum for some percent of random poses. With enough starts to make this rare,
-//! the walks cost two to three times as much as the surface, which nearly always finds the smallest
-//! depth.
+//! Deviation from \[K02\]: without a previous answer, the paper walks from one start. At some
+//! percent of random poses, this walk ends in a local minimum that is not the global minimum. With
+//! more starts, local minima are rare, but the walks then cost two to three times as much as the
+//! surface. The surface nearly always finds the smallest depth.
 
 use super::certificate::{CertificateMemory, Search};
 use super::cso::Cso;
@@ -26,7 +26,7 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::OFFSET_SLACK;
 use crate::body::Polytope;
 
-/// Working memory of depth queries, of fixed size. One value serves any number of pairs, one after
+/// Working memory of depth queries, of fixed size. Any number of pairs can use it, one after
 /// another.
 #[derive(Clone, Debug)]
 pub struct DepthScratch {
@@ -42,13 +42,13 @@ impl DepthScratch {
         Self { clip: Clip::new(), overlays: Overlays::new(), surface: Surface::new(), growths: 0 }
     }
 
-    /// Returns the number of growths in the last query that used a surface.
+    /// Returns the number of growth steps in the last query that used a surface.
     pub fn growths(&self) -> u32 {
         self.growths
     }
 
-    /// Searches with a surface from `best`, the direction of the least known h. `answer` is the
-    /// depth answer along `best`, if it is known.
+    /// Searches with a surface, starting from `best`, the direction of the least known h. `answer`
+    /// is the depth answer along `best`, if known.
     fn search(
         &mut self,
         cso: &Cso<'_>,
@@ -71,8 +71,9 @@ impl Default for DepthScratch {
 
 /// Returns the penetration depth of `a` and `b`, in b's frame, with `p_b = pose_ba.point(p_a)`.
 ///
-/// The pair should overlap. If it does not, the depth is negative, and the distance is at least its
-/// absolute value. If `seeds` is empty, the search starts along the line between the centroids.
+/// The pair should overlap. If the pair is apart, the depth is negative, and the distance is at
+/// least its absolute value. If `seeds` is empty, the search starts along the line between the
+/// centroids.
 pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], scratch: &mut DepthScratch) -> Depth {
     let cso = Cso { a, b, pose_ba };
     match coherent(&cso, seeds, Some(&mut scratch.overlays)) {
@@ -83,14 +84,15 @@ pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], sc
 
 /// Returns the penetration depth of `a` and `b`, with a proof if one is found.
 ///
-/// `memory` belongs to the same two polytopes at an earlier pose, or it is empty. If it contains a
-/// surface of an earlier tick, walks downhill from the previous answer and repairs the surface.
-/// Otherwise grows the surface first, which finds the direction.
+/// `memory` must belong to the same two polytopes at an earlier pose, or be empty. If it contains a
+/// surface of an earlier tick, the query walks downhill from the previous answer and repairs the
+/// surface. Otherwise the query grows a new surface, which gives the direction.
 ///
 /// If the proof is complete, the certainty of the returned depth is
-/// [`GloballyOptimal`](super::Certainty::GloballyOptimal). If not, the best known answer is
-/// returned, its `stop` tells why the proof ended, and the memory is cleared. A pair that is in
-/// fact separate (negative depth) is not proven; use a distance query for it.
+/// [`GloballyOptimal`](super::Certainty::GloballyOptimal). If the proof is incomplete, the query
+/// returns the best known answer and clears the memory. The `stop` of the answer states why the
+/// proof ended. A result with negative depth (a separate pair) is not proven; use a distance query
+/// for separate pairs.
 pub fn depth_proven(
     a: &Polytope,
     b: &Polytope,
@@ -124,9 +126,9 @@ fn coherent(cso: &Cso<'_>, seeds: &[Seed], overlays: Option<&mut Overlays>) -> O
     (!others.any(is_lower)).then_some(walked)
 }
 
-/// Returns the start with the smallest offset among all seeds. If no seed gives a direction,
-/// returns the start along the line between the centroids. If the centroids coincide, returns the
-/// start along x.
+/// Returns the start with the smallest offset of all seeds. If no seed gives a direction, returns
+/// the start along the line between the centroids. If the centroids coincide too, returns the start
+/// along x.
 fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
     const FIRST: HubPair = HubPair { a: 0, b: 0 };
     let starts = seeds.iter().filter_map(|seed| Start::of(cso, seed, FIRST));

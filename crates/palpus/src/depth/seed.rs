@@ -1,9 +1,9 @@
-//! Starts of a walk \[K02 §3.3.2\].
+//! Starts of a depth walk \[K02 §3.3.2\].
 //!
 //! 1. Each seed gives a direction, and one vertex of each body. The search for the supports along
 //!    the direction climbs from these vertices.
-//! 2. The two supports form a hub pair, which is valid by construction. The offset h of the
-//!    direction is an upper bound of the depth.
+//! 2. The two supports always form a valid hub pair. The offset h of the direction is an upper
+//!    bound of the depth.
 
 use glam::DVec3;
 
@@ -13,23 +13,23 @@ use super::{Antipodal, Depth, HubPair};
 /// A guess of the direction with the smallest depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed {
-    /// The pair's previous answer, from the walk or from the distance search: its normal, the
-    /// vertices of its features, and its facet if the walk gave it.
+    /// The pair's previous answer, from the walk or from the distance search. The seed has the
+    /// answer's normal, the vertices of its features, and its facet if the walk gave the answer.
     Previous {
         /// The facet of the CSO on which the walk ended. `None` if the distance search gave the
         /// answer.
         antipodal: Option<Antipodal>,
         /// Vertices from which the search for the supports climbs.
         hub: HubPair,
-        /// From b into a, in b's frame; need not have unit length.
+        /// From body b into body a, in b's frame; need not have unit length.
         normal: DVec3,
     },
     /// The direction in which a distance search detected the overlap.
     Witness {
-        /// From b into a, in b's frame; need not have unit length.
+        /// From body b into body a, in b's frame; need not have unit length.
         direction: DVec3,
     },
-    /// The line from the centroid of b to the centroid of a.
+    /// The line from the centroid of b to the centroid of body a.
     CentroidLine,
 }
 
@@ -59,7 +59,7 @@ impl Start {
         Some(Self { hub, normal, offset })
     }
 
-    /// As [`Self::along`], without a hint.
+    /// Returns the same as [`Self::along`], without a hint.
     pub(super) fn anew(cso: &Cso<'_>, direction: DVec3) -> Option<Self> {
         let normal = direction.try_normalize()?;
         let (hub, offset) = cso.support_anew(normal);

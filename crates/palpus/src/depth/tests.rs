@@ -1,4 +1,4 @@
-//! Helpers for tests that compare the walk with the exhaustive oracle, for various shapes, scales
+//! Functions for tests that compare the walk with the exhaustive oracle, for various shapes, scales
 //! and paths.
 
 mod admissible;
@@ -89,7 +89,7 @@ pub(super) fn shapes() -> Vec<(&'static str, Polytope)> {
     ]
 }
 
-/// Returns a random pose of a near b. At most of these poses the bodies overlap.
+/// Returns a random pose of body a near b. In most cases the bodies overlap.
 fn random_pose(rng: &mut Random, a: &Polytope, b: &Polytope) -> Pose {
     let rotation = match rng.below(4) {
         0 => DQuat::IDENTITY,
@@ -123,12 +123,13 @@ fn farthest(polytope: &Polytope, direction: DVec3) -> u32 {
     (0..polytope.vertices().len() as u32).max_by(|v, w| height(v).total_cmp(&height(w))).unwrap()
 }
 
-/// Asserts the identities that every answer satisfies, whether it is optimal or not.
+/// Asserts the identities that every answer must satisfy, even if it is not optimal.
 fn assert_identities(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Depth, what: &str) {
     assert_identities_within(a, b, pose_ba, answer, 1e-12, what);
 }
 
-/// As [`assert_identities`], for bodies whose supports are exact only within `share` of the size.
+/// Does the same as [`assert_identities`] for bodies whose supports are exact only within
+/// `share` of the size.
 fn assert_identities_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Depth, share: f64, what: &str) {
     let size = a.radius() + b.radius();
     let Depth { point_a, point_b, normal, depth, hub, .. } = *answer;

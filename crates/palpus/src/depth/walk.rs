@@ -1,31 +1,31 @@
 //! Walks downhill from a facet of the CSO to a neighbouring facet, along coherent motion \[K02
 //! §3.3.3\].
 //!
-//! The facet of the answer is nearly always the facet of the previous tick or one of its
-//! neighbours. So no search is needed. The previous facet is computed at the new pose, and the
-//! facets across its sides are tested. To find a facet across a side, the supporting plane turns
+//! The facet of the answer is nearly always the facet of the previous tick or a neighbour of that
+//! facet. So no global search is needed. The walk computes the previous facet at the new pose, and
+//! tests the facets across its sides. To find the facet across a side, the supporting plane turns
 //! about the side until it meets the next vertex. On the Gauss map, the plane's normal then moves
-//! along the arc of an edge of one body. It starts at the facet's corner and stops at the next
-//! corner of the overlay. That corner is the far end of the arc, or the first arc of the other body
-//! that crosses it.
+//! along the arc of an edge of one body. The normal starts at the facet's corner and stops at the
+//! next corner of the overlay. The next corner is the far end of the arc, or the first crossing
+//! with an arc of the other body.
 //!
-//! 1. Compute the facet at the new pose. For a face, climb to the vertex that supports it. For two
-//!    edges, test whether they still cross; if not, take the lowest face beside them.
+//! 1. Compute the facet at the new pose. For a face, climb to the vertex that supports its normal.
+//!    For two edges, test whether their arcs still cross; if not, take the lowest face beside the
+//!    edges.
 //! 2. Unless a proof follows, make a quick test of the normals around the facet. In most cases, the
-//!    normals of one body show that all facets which share a side or a corner with this one are
+//!    normals of one body show that all facets that share a side or a corner with this facet are
 //!    higher. Then the walk ends.
 //! 3. Otherwise test the facet across each side. For a face of many sides, test only the side
 //!    beyond which the origin lies. Move to the lowest of these facets if it is lower than the
-//!    current one, and repeat.
-//! 4. If none is lower, no facet that shares a side is nearer. Repeat the quick test, and compute
-//!    the overlay at the hubs at which the test is undecided. Continue from a lower facet found
-//!    there.
+//!    current facet, and repeat.
+//! 4. If no facet is lower, repeat the quick test, and compute the overlay at the hubs at which the
+//!    test is undecided. If an overlay has a lower facet, continue from this facet.
 //! 5. Measure the offset with true supports.
 //!
-//! Flush features (a box on a table) give facets of many corners. Turning about their sides does
-//! not work. Such a facet is a local minimum if the origin's projection lies within it. If the
-//! projection lies outside, or if rounding gives a contradiction, the walk returns `None`. The
-//! certificate then finds the depth without a start.
+//! Flush features (a box on a table) give facets of many corners, and turning about the sides of
+//! these facets does not work. A facet of flush features is a local minimum if the origin's
+//! projection lies within it. If the projection lies outside, or if rounding gives a contradiction,
+//! the walk returns `None`. The certificate then finds the depth without a start.
 //!
 //! Deviation from \[K02\]: the walk of the paper computes the overlay at every hub of every facet.
 
@@ -59,7 +59,7 @@ pub(super) struct Walked {
     pub(super) stop: StopReason,
 }
 
-/// Working memory of the tests around corners. Its content is not used across calls.
+/// Working memory of the tests around corners. A call does not use the content from earlier calls.
 #[derive(Clone, Debug)]
 pub(super) struct Overlays {
     maps_a: GaussMaps,
@@ -71,48 +71,49 @@ impl Overlays {
         Self { maps_a: GaussMaps::new(), maps_b: GaussMaps::new() }
     }
 
-    /// Clears everything that belongs to the bodies and the pose of the previous query.
+    /// Clears all data of the previous query's bodies and pose.
     fn clear(&mut self) {
         self.maps_a.clear();
         self.maps_b.clear();
     }
 
-    /// Returns the lowest facet at the first of the hubs that has a facet below `bar`.
-    fn lower(&mut self, cso: &Cso<'_>, doubt: &Doubt, bar: f64) -> Option<Corner> {
-        doubt.hubs().iter().find_map(|&hub| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar))
+    /// Returns the lowest facet at a hub, if it is below `bar`.
+    fn lower(&mut self, cso: &Cso<'_>, hub: HubPair, bar: f64) -> Option<Corner> {
+        lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar)
     }
 }
 
 /// Walks downhill from the facet of `antipodal`. `None` if flush features or rounding prevent an
-/// answer. Without `overlays`, facets that share only a corner with the last one are not tested.
+/// answer. Without `overlays`, facets that share only a corner with the last facet are not tested.
 #[inline]
 pub(super) fn walk(cso: &Cso<'_>, antipodal: Antipodal, overlays: Option<&mut Overlays>) -> Option<Walked> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     let here = downhill.set_up(antipodal)?;
     let Some(overlays) = overlays else { return downhill.descend(here) };
-    // Along coherent motion the first facet is usually also the last one.
+    // In coherent motion, the first facet is usually also the last facet.
     let mut doubt = downhill.test_hubs(&here.corner);
     if doubt.count == 0 {
         return downhill.end(&here, 0);
     }
     overlays.clear();
     let mut walked = downhill.descend(here)?;
+    if walked.steps > 0 {
+        doubt = downhill.test_hubs(&walked.corner);
+    }
     for _ in 0..WALK_STEPS {
-        if walked.steps > 0 {
-            doubt = downhill.test_hubs(&walked.corner);
+        let bar = walked.corner.offset - downhill.decrease;
+        match downhill.leave(overlays, &doubt, bar)? {
+            Left::Lower(next) => walked = Walked { steps: walked.steps + 1 + next.steps, ..next },
+            Left::Nowhere => return Some(walked),
         }
-        let Some(corner) = overlays.lower(cso, &doubt, walked.corner.offset - downhill.decrease) else {
-            return Some(walked);
-        };
-        let next = downhill.descend(Here { corner, supported: false, alone: false })?;
-        walked = Walked { steps: walked.steps + 1 + next.steps, ..next };
+        doubt = downhill.test_hubs(&walked.corner);
     }
     None
 }
 
-/// Returns the facet of `antipodal` at this pose. Used if it is already known that no facet is
-/// lower. `None` as in [`walk`].
+/// Returns the facet of `antipodal` at this pose, without a walk. The caller knows that no facet is
+/// lower. `None` for the same reasons as in [`walk`].
 pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
@@ -122,20 +123,28 @@ pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
 /// A facet and the data known from its construction.
 struct Here {
     corner: Corner,
-    /// The features support the normal, within the accuracy of their face planes.
+    /// True if the features support the normal, within the accuracy of their face planes.
     supported: bool,
-    /// No other feature is flush with the facet.
+    /// True if no other feature is flush with the facet.
     alone: bool,
 }
 
-/// Returns the corner with its true offset. Merged faces are flat only within a tolerance, so one
-/// vertex of a face does not give the offset of the whole face.
+/// Returns the corner with its true offset. Merged faces are flat only within a tolerance, so a
+/// single vertex of a face does not determine the face's offset.
 fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let hub = HubPair {
         a: cso.a.climb(corner.hub.a, cso.toward_b(corner.normal)).0,
         b: cso.b.climb(corner.hub.b, corner.normal).0,
     };
     Corner { hub, offset: corner.normal.dot(cso.vertex(hub)), ..*corner }
+}
+
+/// Result of the overlays around a facet.
+enum Left {
+    /// The end of a walk from a lower facet.
+    Lower(Walked),
+    /// No facet is lower.
+    Nowhere,
 }
 
 /// Error: features are flush, or rounding makes the results inconsistent.
@@ -148,22 +157,23 @@ struct Downhill<'d, 'p> {
 }
 
 impl Downhill<'_, '_> {
-    /// View for the facets of b's faces and a's vertices.
+    /// Returns the view for the facets of b's faces and a's vertices.
     #[inline]
     fn on_b(&self) -> View<'_> {
         let Cso { a, b, pose_ba } = *self.cso;
         View { p: b, q: a, q_in_p: pose_ba, p_in_q: self.pose_ab, p_is_a: false }
     }
 
-    /// View for the facets of a's faces and b's vertices.
+    /// Returns the view for the facets of a's faces and b's vertices.
     #[inline]
     fn on_a(&self) -> View<'_> {
         let Cso { a, b, pose_ba } = *self.cso;
         View { p: a, q: b, q_in_p: self.pose_ab, p_in_q: pose_ba, p_is_a: true }
     }
 
-    /// Returns the result of a walk that ends at this facet. The offset is measured if it may
-    /// differ from the true one. `None` if the facet does not support its normal.
+    /// Returns the result of a walk that ends at this facet. If the offset may differ from the true
+    /// offset, computes it again with true supports. `None` if the facet does not support its
+    /// normal.
     #[inline]
     fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
         let Cso { a, b, .. } = *self.cso;
@@ -173,7 +183,7 @@ impl Downhill<'_, '_> {
         is_true.then_some(Walked { corner, alone: here.alone, steps, stop: StopReason::Converged })
     }
 
-    /// Moves from facet to lower neighbour until no neighbour is lower.
+    /// Moves from a facet to its lowest neighbour, again and again, until no neighbour is lower.
     fn descend(&self, mut here: Here) -> Option<Walked> {
         for steps in 0..WALK_STEPS {
             match self.lower_neighbour(&here.corner) {
@@ -183,6 +193,24 @@ impl Downhill<'_, '_> {
             }
         }
         None
+    }
+
+    /// Walks on from the first hub of `doubt` that leads below `bar`. `None` if a walk from there
+    /// gives no answer.
+    ///
+    /// Merged faces are flat only within a tolerance. So the end of a walk, which is measured, may
+    /// be higher than the facet at which the walk started. Then it does not count, or the walk
+    /// would return to it again and again.
+    fn leave(&self, overlays: &mut Overlays, doubt: &Doubt, bar: f64) -> Option<Left> {
+        for &hub in doubt.hubs() {
+            if let Some(corner) = overlays.lower(self.cso, hub, bar) {
+                let next = self.descend(Here { corner, supported: false, alone: false })?;
+                if next.corner.offset < bar {
+                    return Some(Left::Lower(next));
+                }
+            }
+        }
+        Some(Left::Nowhere)
     }
 
     /// Returns the facet of `antipodal` at this pose. The features come from an earlier pose.
@@ -204,8 +232,8 @@ impl Downhill<'_, '_> {
         }
     }
 
-    /// Returns the facet of face `f` of p and the vertex of q that supports it. The climb to that
-    /// vertex starts at `w`.
+    /// Returns the facet of face `f` of p and the vertex of q that supports the face's normal. The
+    /// climb to this vertex starts at `w`.
     fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Here {
         let normal = view.p.plane(f).normal;
         let (w, height, next) = view.q.climb_apart(w, view.facing(normal));
@@ -218,8 +246,8 @@ impl Downhill<'_, '_> {
         Here { corner, supported: true, alone }
     }
 
-    /// Returns the facet of two edges if they cross on the Gauss map. Otherwise returns the facet
-    /// of the lowest face beside them. `None` if the edges are parallel.
+    /// Returns the facet of two edges if they cross on the Gauss map. Otherwise returns the
+    /// facet of the lowest face beside them. `None` if the edges are parallel.
     fn on_edges(&self, e: u32, g: u32) -> Option<Here> {
         let Cso { a, b, pose_ba } = *self.cso;
         let (edge_a, edge_b) = (a.edge(e), b.edge(g));
@@ -238,7 +266,7 @@ impl Downhill<'_, '_> {
             let normal = edge_normal(along_a, along_b, across)?;
             let antipodal = Antipodal::EdgeEdge { a: e, b: g };
             let corner = Corner { normal, offset: normal.dot(c), antipodal, hub };
-            // For unit vectors at a small angle, the dot product is one minus half the square of
+            // For unit vectors at a small angle, the dot product is one minus half of the square of
             // the angle. The angle is doubled for rounding.
             let flush = 1.0 - 2.0 * FLUSH_WITNESS * FLUSH_WITNESS;
             let alone = normals_a.iter().chain(&normals_b).all(|n| n.dot(normal) < flush);
@@ -254,7 +282,7 @@ impl Downhill<'_, '_> {
         })
     }
 
-    /// Returns the lowest facet across a side of the current facet. `None` if none is lower.
+    /// Returns the lowest facet across a side of the current facet. `None` if no facet is lower.
     fn lower_neighbour(&self, here: &Corner) -> Result<Option<Corner>, Odd> {
         let mut lowest = Lowest { bar: here.offset - self.decrease, met: None };
         match here.antipodal {
@@ -288,7 +316,7 @@ impl Downhill<'_, '_> {
             let across = if edge.left == f { edge.right } else { edge.left };
             let end = view.p.plane(across).normal;
             // The offset is concave along the arc. If the far end is not lower, no point of the arc
-            // is.
+            // is lower.
             if end.dot(view.p.vertex(corners.at(k)) - origin) >= lowest.bar {
                 continue;
             }
@@ -307,8 +335,8 @@ impl Downhill<'_, '_> {
     fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
         let along = view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail);
-        // Toward the left face of `g`, the supporting end of `e` is its tail if this is true, else
-        // its head. Toward the right face it is the other end.
+        // True if the tail of `e` supports the plane toward the left face of `g`; then the head
+        // supports it toward the right face. If false, the two ends are exchanged.
         let tail_first = view.facing(view.p.plane(edge_p.left).normal).dot(along) < 0.0;
         let ends = if tail_first { [edge_q.tail, edge_q.head] } else { [edge_q.head, edge_q.tail] };
         for (end, face) in ends.into_iter().zip([edge_p.left, edge_p.right]) {
@@ -357,7 +385,8 @@ impl Downhill<'_, '_> {
     }
 }
 
-/// Returns the unit normal of two edges, given their cross product. `None` if they are parallel.
+/// Returns the unit normal of two edges, given their cross product. `None` if the edges are
+/// parallel.
 #[inline]
 fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
     let (length_a, length_b) = (along_a.length_squared(), along_b.length_squared());

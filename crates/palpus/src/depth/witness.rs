@@ -1,16 +1,16 @@
-//! Witness points of a CSO facet: the points where the two bodies would touch if they were
-//! separated along its normal.
+//! Witness points of a facet of the CSO: the points where the two bodies would touch after a
+//! separation along the facet's normal.
 //!
-//! After moving a by `depth · normal`, the flush features of both bodies lie in one plane. The
-//! witness points are a point that both features share. For a vertex against a face, this is the
-//! vertex; for crossing edges, it is the crossing. Flush features (edge on face, face on face,
-//! edges along one line) share a segment or a polygon. The witness is its centroid, so a box on a
-//! table is supported under its middle and not at a corner.
+//! After moving body a by `depth · normal`, the features of both bodies lie in one plane and share
+//! a point, the witness. For a vertex against a face, the witness is the vertex; for crossing
+//! edges, it is the crossing. Flush features (edge on face, face on face, edges along one line)
+//! share a segment or a polygon. The witness is then the centroid of this segment or polygon, so a
+//! box on a table has its contact under the middle of the box, not at a corner.
 //!
 //! If the features share no point, the facet is not a local minimum of h. This happens if the walk
-//! ran out of steps, or if the facet was chosen for its normal and not for its depth. Then the
+//! ran out of steps, or if the facet was chosen for its normal instead of its depth. Then the
 //! witness on b is the nearest point of b's supporting feature. The witness on a lies in a's
-//! supporting plane, but not on a.
+//! supporting plane, but not necessarily on body a.
 
 mod validate;
 
@@ -24,7 +24,8 @@ use super::{Certainty, Depth};
 use crate::algebra::tolerance::{CLIP_CORNERS, FLUSH_WITNESS, PARALLEL_EDGES};
 use crate::algebra::{closest_on_segment, closest_segment_segment};
 
-/// Buffers to clip one flush polygon by another. They keep no content between calls.
+/// Buffers to clip one flush polygon by another. A call does not use the content from earlier
+/// calls.
 #[derive(Clone, Debug)]
 pub(super) struct Clip {
     points: [DVec3; CLIP_CORNERS],
@@ -65,7 +66,7 @@ pub(super) fn answer_on(cso: &Cso<'_>, facet: &Facet<'_>, walked: &Walked, clip:
     answer
 }
 
-/// The two flush features in b's supporting plane, after moving a by the depth.
+/// The two flush features in b's supporting plane, after moving body a by the depth.
 struct Contact<'c, 'p> {
     cso: &'c Cso<'p>,
     facet: &'c Facet<'p>,
@@ -84,29 +85,29 @@ impl Contact<'_, '_> {
     }
 }
 
-/// Returns the witness points (on a, on b) of `facet` in b's frame. `corner` is the measured corner
-/// of the facet.
+/// Returns the witness points (on a, on b) of `facet` in b's frame. `corner` is the measured
+/// corner of the facet.
 ///
-/// The first point minus the second is `−offset · normal` within rounding, for every facet.
+/// The point on a minus the point on b is `−offset · normal` within rounding, for every facet.
 pub(super) fn witness(cso: &Cso<'_>, facet: &Facet<'_>, corner: &Corner, clip: &mut Clip) -> (DVec3, DVec3) {
     let moved = facet.normal * corner.offset;
     let contact = Contact { cso, facet, moved };
     let touch = match (facet.a.count, facet.b.count) {
         (1, _) => nearest_of_polygon(contact.a(0), facet.normal, &facet.b, |k| contact.b(k)),
         (_, 1) => {
-            // The vertex of b always lies on b. The point on a follows from it.
+            // The vertex of b always lies on b. The point on a follows from this vertex.
             contact.b(0)
         }
         (2, 2) => edges(&contact),
         _ => overlap(&contact, clip),
     };
-    // Projects into b's supporting plane. Features that are flush only within the tolerance lie
-    // slightly off it.
+    // Projects the point into b's supporting plane. Features that are flush only within the
+    // tolerance lie slightly off this plane.
     let touch = touch + facet.normal * facet.normal.dot(cso.b.vertex(corner.hub.b) - touch);
     (touch - moved, touch)
 }
 
-/// Returns `p` if it lies within the convex polygon, else the nearest point of the polygon's
+/// Returns `p` if `p` lies within the convex polygon, else the nearest point of the polygon's
 /// boundary.
 fn nearest_of_polygon(p: DVec3, normal: DVec3, flush: &Flush<'_>, corner: impl Fn(usize) -> DVec3) -> DVec3 {
     let mut within = flush.count > 2;
@@ -134,7 +135,7 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
     let normal = d1.cross(d2);
     let across = normal.length_squared();
     if across > PARALLEL_EDGES * PARALLEL_EDGES * d1.length_squared() * d2.length_squared() {
-        // The edges cross. They lie in one plane within rounding.
+        // The edges cross. Both edges lie in one plane within rounding.
         let r = p2 - p1;
         let (s, t) = (r.cross(d2).dot(normal), r.cross(d1).dot(normal));
         if s.min(t) > 0.0 && s.max(t) < across {
@@ -148,7 +149,7 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
     p2 + d2 * (0.5 * (along(p1) + along(q1)))
 }
 
-/// Returns the centroid of the overlap of two flush features. At least one of them is a polygon.
+/// Returns the centroid of the overlap of two flush features. At least one feature is a polygon.
 fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     let Facet { normal, a, b } = *contact.facet;
     let circle_a = circle(a.count, |k| contact.a(k));
@@ -157,8 +158,8 @@ fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     if a.count + b.count > CLIP_CORNERS {
         return stray();
     }
-    // The sides of the larger feature cut the smaller one, because most sides miss the smaller
-    // one's bounding circle.
+    // The sides of the larger feature cut the smaller feature, because most of these sides miss the
+    // smaller feature's bounding circle.
     let cut_a = a.count == 2 || b.count > 2 && circle_a.1 <= circle_b.1;
     let (middle, radius_squared) = if cut_a { circle_a } else { circle_b };
     let (mut count, sides) = if cut_a { (a.count, b.count) } else { (b.count, a.count) };
@@ -168,7 +169,7 @@ fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     let side_of = |k: usize| if cut_a { contact.b(k) } else { contact.a(sides - k) };
     let mut from = side_of(0);
     for k in 0..sides {
-        // The loop of a runs clockwise about the normal, so it is read backwards.
+        // The loop of body a runs clockwise about the normal, so it is read backwards.
         let to = side_of(k + 1);
         let inward = normal.cross(to - from);
         let height = inward.dot(middle - from);
@@ -185,14 +186,15 @@ fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     centroid(&buffers.points[..count], normal)
 }
 
-/// Returns the mean of some points, and the square of the largest distance from it.
+/// Returns the mean of some points, and the square of the largest distance of a point from the
+/// mean.
 fn circle(count: usize, point: impl Fn(usize) -> DVec3) -> (DVec3, f64) {
     let middle = (0..count).map(&point).sum::<DVec3>() / count as f64;
     (middle, (0..count).map(|k| point(k).distance_squared(middle)).fold(0.0, f64::max))
 }
 
 /// Returns the area centroid of a convex polygon. If the area is negligible, returns the centre of
-/// its bounding box.
+/// the polygon's bounding box.
 fn centroid(points: &[DVec3], normal: DVec3) -> DVec3 {
     let origin = points[0];
     let (mut low, mut high) = (origin, origin);

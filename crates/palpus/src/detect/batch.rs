@@ -3,8 +3,8 @@
 //! 1. The poses are cut into runs of a fixed length.
 //! 2. One worker computes each run, in order. A run starts without cached data of other runs.
 //!
-//! So the results are bit-identical for any number of workers. If the poses are those of a motion,
-//! most of them still profit from the cached data of the pose before.
+//! So the results are bit-identical for any number of workers. If consecutive poses are near each
+//! other, most queries still use the cached data of the pose before.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,7 +19,7 @@ pub struct ContactBatch {
     a: Arc<Body>,
     b: Arc<Body>,
     settings: QuerySettings,
-    /// Queries that no worker uses at present. Memory is allocated once for each worker.
+    /// Queries that no worker uses now. Each worker allocates its memory once.
     spare: Mutex<Vec<ContactQuery>>,
 }
 
@@ -32,11 +32,12 @@ impl ContactBatch {
         Self { a, b, settings, spare: Mutex::default() }
     }
 
-    /// Calls `answer` for each run of the poses numbered `numbers`, and returns its answers in
-    /// order.
+    /// Calls `answer` for each run of the poses with the indices `numbers`, and returns the answers
+    /// in order.
     ///
-    /// Runs end at multiples of [`Self::RUN`]. So several ranges that begin at such multiples give
-    /// the same results as one range over all poses. `progress` is called with the fraction done.
+    /// Runs end at multiples of [`Self::RUN`]. So ranges that begin at multiples of `RUN` give the
+    /// same results as one range over all poses. The method calls `progress` with the fraction
+    /// done.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -93,7 +94,7 @@ mod tests {
 
     const SEED: u64 = 0xba7c;
 
-    /// Takes the runs from the last to the first.
+    /// Computes the runs from the last to the first.
     struct Backwards;
 
     impl Workers for Backwards {

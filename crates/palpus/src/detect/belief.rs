@@ -1,36 +1,36 @@
-//! Which depths count, by the surfaces of the bodies, and what stands in if none does.
+//! Checks the depths of pieces against the surfaces of the solids, and replaces rejected depths.
 //!
-//! The depth of a piece can differ from that of the solid. A probe that has entered through the
-//! near wall of a thin part overlaps pieces of the far wall from behind, and the depth direction of
-//! these leads through the whole part. A large piece may bridge a hollow and report a large depth
-//! where the surface of another piece is near. The hand would feel such depths as a kick.
+//! The depth in a piece can differ from the depth in the solid. For example, a probe that has
+//! entered through the near wall of a thin part overlaps pieces of the far wall from behind. The
+//! depth direction of these pieces leads through the whole part. Also, a large piece may bridge a
+//! hollow, and its depth is large where the surface of another piece is near. The hand would feel
+//! such depths as a kick.
 //!
-//! A depth D along n means that one body's witness point lies D inside the other body. The depth is
-//! accepted only if
+//! A depth D says that the witness point of one body lies D below the surface of the other body.
+//! The depth is accepted only if
 //!
-//! 1. a's point lies inside b, and no surface of b is clearly nearer to it than D, or
-//! 2. b's point lies inside a, and no surface of a is clearly nearer to it than D.
+//! 1. a's point lies inside b, and no surface of b is clearly nearer to this point than D, or
+//! 2. b's point lies inside a, and no surface of a is clearly nearer to this point than D.
 //!
-//! If the depth is the least of its two pieces over all directions, surfaces of the piece itself do
-//! not count. Such a surface may be nearer to the point, but to leave through it is longer for the
-//! other piece as a whole. So a peg whose middle has passed a wall is still pushed back to the side
-//! from which it came. (This does not hold for a depth that was moved to an admissible normal: the
-//! nearer surface may not have been tried.)
+//! If the depth is the least of its two pieces over all directions, surfaces of these pieces are
+//! ignored. Such a surface may be nearer to the point, but the other piece would have to move
+//! farther to leave through it. So a peg whose middle has passed a wall is still pushed back to the
+//! side from which it came. (A depth that was moved to an admissible normal is checked against all
+//! surfaces, because the search may have missed a nearer surface.)
 //!
-//! Depths along the pieces' direction of least depth are checked only if they are larger than the
-//! contact tolerance. The check costs a search for the nearest surface, and smaller depths are
-//! within the tolerance of contacts anyway.
+//! Least depths of pieces are checked only if they exceed the contact tolerance. The check costs a
+//! search for the nearest surface, and smaller depths are within the tolerance of contacts anyway.
 //!
-//! A body that is not closed has no inside. For such a body it is enough that no part of its
-//! surface is clearly nearer than D. Without this rule, for a corner of a closed a below an open b,
-//! only b's point inside a could confirm the depth, and this point is too near to the sides of a
-//! steep corner.
+//! An open body has no inside. For an open body, the check only requires that no part of its
+//! surface is clearly nearer than D. Without this rule, a corner of a closed a below an open b
+//! could be confirmed only by b's point inside a. In a steep corner, this point is too near to the
+//! sides of the corner.
 //!
-//! Bodies that overlap must always have a contact. If no depth counts, one contact *stands in*, from
-//! a witness point that is inside the other solid to the nearest surface. It is the witness of the
-//! first of these that there is: the shallowest rejected depth; the last overlap ([`LastOverlap`]),
-//! since as long as its witness is inside, the bodies still overlap, even where the probe is between
-//! pieces; the least depth of two pieces that share no normal.
+//! Bodies that overlap must always have a contact. If no depth is accepted, the query adds a
+//! *replacement contact*, from a witness point inside the other solid to the nearest surface. The
+//! witness point belongs to the first available contact of this list: the shallowest rejected
+//! depth; the deepest contact of the last overlap ([`LastOverlap`]), if its witness point is still
+//! inside; the least depth of two pieces without a shared normal.
 //!
 //! Deviation: \[K02\] moves a depth to original features without such a check.
 
@@ -44,16 +44,16 @@ use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
 
 /// Returns true if the contact's depth agrees with the surfaces of the solids.
-pub(super) fn is_believed(asked: &Asked<'_>, contact: &Contact) -> bool {
+pub(super) fn depth_is_confirmed(asked: &Asked<'_>, contact: &Contact) -> bool {
     has_depth(asked, contact, BELIEVED_SHARE * -contact.separation, false)
 }
 
-/// The same check for a contact along the least depth of its pieces. It is needed only if the
-/// contact is deeper than the tolerance and one of the bodies has several pieces.
+/// Checks a contact along the least depth of its pieces, ignoring the surfaces of these pieces. The
+/// check is needed only if the contact is deeper than the tolerance and a body has several pieces.
 ///
-/// If a point of an edge lies D beyond another edge, its distance to the faces at either edge is
-/// smaller than D.
-pub(super) fn is_believed_beyond(asked: &Asked<'_>, contact: &Contact) -> bool {
+/// For two edges the required distance is smaller: if a point of an edge lies D beyond another
+/// edge, the faces at these edges are nearer than D.
+pub(super) fn least_depth_is_confirmed(asked: &Asked<'_>, contact: &Contact) -> bool {
     let Asked { a, b, tolerance, .. } = *asked;
     let depth = -contact.separation;
     if depth <= tolerance || a.polytopes().len() == 1 && b.polytopes().len() == 1 {
@@ -77,8 +77,8 @@ fn has_depth(asked: &Asked<'_>, contact: &Contact, depth: f64, but_of_piece: boo
     lies_within(b, own_b, point_a, depth) || lies_within(a, own_a, place.inverse_point(point_b), depth)
 }
 
-/// The points of the contact's features that are nearest to its witness points, which may lie
-/// beside them; in b's frame.
+/// Returns the points of the contact's features nearest to its witness points, in b's frame.
+/// Witness points may lie beside their features.
 fn on_features(asked: &Asked<'_>, contact: &Contact) -> [DVec3; 2] {
     let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
     let point_a = on_feature(piece_a, contact.features.a, asked.place.inverse_point(contact.point_a));
@@ -105,20 +105,20 @@ fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
 }
 
 /// Returns true if `point` (in the body's frame) is at least `depth` away from all triangles of the
-/// body except those of `own`, and, if the body is closed, inside it.
+/// body except the triangles `own`. If the body is closed, the point must also be inside it.
 fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
     let denies = |triangle: u32| own.binary_search(&triangle).is_err();
     body.tree().nearest_among(point, depth, denies).is_none() && (!body.mesh().is_closed() || body.tree().inside(point))
 }
 
-/// The contact from the deeper of a contact's witness points to the nearest surface. `None` if
-/// neither point is inside the other body.
-pub(super) fn stand_in(asked: &Asked<'_>, contact: &Contact) -> Option<Contact> {
+/// Returns the replacement of `contact`: a contact from the deeper witness point of `contact` to
+/// the nearest surface. `None` if neither point is inside the other body.
+pub(super) fn replacement(asked: &Asked<'_>, contact: &Contact) -> Option<Contact> {
     let Asked { a, b, place, .. } = asked;
     let [point_a, point_b] = on_features(asked, contact);
-    let of_a = way_out(b, point_a).map(|out| (out, [point_a, point_a + out]));
-    // b's point goes out of a: a moves the other way.
-    let out_of_a = way_out(a, place.inverse_point(point_b)).map(|out| -place.vector(out));
+    let of_a = to_surface(b, point_a).map(|out| (out, [point_a, point_a + out]));
+    // If b's point has to leave a, then a moves in the opposite direction.
+    let out_of_a = to_surface(a, place.inverse_point(point_b)).map(|out| -place.vector(out));
     let of_b = out_of_a.map(|out| (out, [point_b - out, point_b]));
     let (out, [point_a, point_b]) = match (of_a, of_b) {
         (Some(x), Some(y)) => {
@@ -134,12 +134,12 @@ pub(super) fn stand_in(asked: &Asked<'_>, contact: &Contact) -> Option<Contact> 
     Some(Contact { point_a, point_b, normal: out / depth, separation: -depth, ..*contact })
 }
 
-/// The way from a point inside a closed body to the nearest surface.
-fn way_out(body: &Body, point: DVec3) -> Option<DVec3> {
+/// Returns the vector from a point inside a closed body to the nearest surface.
+fn to_surface(body: &Body, point: DVec3) -> Option<DVec3> {
     if !body.mesh().is_closed() || !body.tree().inside(point) {
         return None;
     }
-    // A way that is as short as the rounding has no direction.
+    // A vector as short as the rounding errors has no direction.
     let least = TOUCHING * body.mesh().bounding_diagonal();
     body.tree().nearest(point).map(|near| near.point - point).filter(|out| out.length() > least)
 }
@@ -148,7 +148,7 @@ fn way_out(body: &Body, point: DVec3) -> Option<DVec3> {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LastOverlap {
     contact: Option<PairMemory>,
-    /// Its depth, model units; 0 without one.
+    /// Depth of the contact, model units; 0 without a contact.
     depth: f64,
 }
 
@@ -158,12 +158,12 @@ impl LastOverlap {
         *self = Self::default();
     }
 
-    /// Its depth, model units; 0 if the bodies did not overlap.
+    /// Returns the depth of the last overlap, model units; 0 if the bodies did not overlap.
     pub(super) fn depth(&self) -> f64 {
         self.depth
     }
 
-    /// Keeps the deepest of this query's contacts, if bodies overlap.
+    /// Stores the deepest contact of this query if the bodies overlap.
     pub(super) fn keep(&mut self, contacts: &[Contact], pose_ba: &Placement) {
         let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
         let deepest = overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation));
@@ -171,9 +171,9 @@ impl LastOverlap {
         self.depth = deepest.map_or(0.0, |contact| -contact.separation);
     }
 
-    /// Its stand-in at the present pose, if one of its witness points is still inside the other
-    /// body.
+    /// Returns the replacement of the stored contact at the present pose. `None` if neither of its
+    /// witness points is inside the other body now.
     pub(super) fn still(&self, asked: &Asked<'_>) -> Option<Contact> {
-        stand_in(asked, &self.contact?.extrapolate(&asked.place))
+        replacement(asked, &self.contact?.extrapolate(&asked.place))
     }
 }

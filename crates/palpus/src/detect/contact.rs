@@ -22,44 +22,46 @@ pub struct Contact {
     pub point_b: DVec3,
     /// Unit, from b into a.
     pub normal: DVec3,
-    /// d of \[K02\]: distance when apart, minus the depth when overlapping, in model units (metres
-    /// in a scene).
+    /// d of \[K02\]: the distance if the bodies are apart, or minus the depth if they overlap, in
+    /// model units (metres in a scene).
     pub separation: f64,
-    /// Tangent of the tilt angle of the contact's patch ([`crate::depth::Patch`]): for tilts up to
-    /// this angle, the other corners of the patch are contacts too. 0 if patches are not computed.
+    /// Tangent of the tilt angle of the contact's patch ([`crate::depth::Patch`]): if the bodies
+    /// are tilted by up to this angle, the other corners of the patch are contacts too. 0 if
+    /// patches are not computed.
     pub slope: f64,
-    /// The number of contacts for which this contact stands when contacts share a load. It is 1,
-    /// more in a sample of many contacts, and less for a contact that comes or goes.
+    /// The number of contacts that this contact represents in load sharing. It is usually 1. It is
+    /// larger in a sample of many contacts, and smaller while a contact is added to or removed from
+    /// a sample.
     #[cfg_attr(feature = "serde", serde(default = "one"))]
     pub count: f64,
 }
 
-/// The count of a contact that represents only itself.
+/// Returns the count of a contact that represents only one contact.
 #[cfg(feature = "serde")]
 fn one() -> f64 {
     1.0
 }
 
 impl Contact {
-    /// p̂ of \[K02\]: half way between the two points.
+    /// Returns p̂ of \[K02\], the middle of the two points.
     pub fn midpoint(&self) -> DVec3 {
         (self.point_a + self.point_b) * 0.5 // Eq. 1
     }
 
-    /// True if the two are corners of one patch.
+    /// Returns true if both contacts are corners of one patch.
     pub(crate) fn shares_patch(&self, other: &Self) -> bool {
         self.slope > 0.0 && (self.piece_a, self.piece_b) == (other.piece_a, other.piece_b)
     }
 
-    /// True if all places and sizes are finite. Bodies extremely far apart have distances whose
-    /// squares overflow.
+    /// Returns true if points, normal and separation are finite. The squared distance of extremely
+    /// distant bodies overflows.
     pub fn is_finite(&self) -> bool {
         self.point_a.is_finite() && self.point_b.is_finite() && self.normal.is_finite() && self.separation.is_finite()
     }
 }
 
-/// The points on a and on b of a contact with this midpoint: half the separation away from it,
-/// along the normal and against it.
+/// Returns the points on a and on b of a contact. They are half the separation away from the
+/// midpoint, along the normal and against it.
 #[inline]
 pub(super) fn points_about(midpoint: DVec3, normal: DVec3, separation: f64) -> [DVec3; 2] {
     [midpoint + normal * (0.5 * separation), midpoint - normal * (0.5 * separation)]

@@ -6,7 +6,7 @@ use crate::collision::TraversalCounters;
 /// Counters of a query: its cost and its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct QueryCounters {
-    /// Counters of the descent, and of the search for the nearest pair if that was requested.
+    /// Counters of the descent, and of the search for the nearest pair if requested.
     pub traversal: TraversalCounters,
     /// Depth walks.
     pub walks: u32,
@@ -14,40 +14,40 @@ pub struct QueryCounters {
     pub walk_steps: u32,
     /// Walks that ended without convergence.
     pub walk_stops: u32,
-    /// Depths that are not proven globally least: all of them, unless the query's settings ask for
-    /// proofs.
+    /// Depths without a proof that they are globally least: all depths, unless the query's settings
+    /// request proofs.
     pub unproven: u32,
-    /// Depths that were moved to another normal, since the normal of the least depth is not on the
-    /// meshes of both pieces.
+    /// Depths that were moved to another normal, because the meshes of both pieces do not have the
+    /// normal of the least depth.
     pub moved: u32,
-    /// Moved depths that were left out, since they contradict the surfaces of the solids.
+    /// Depths that were left out because they contradict the surfaces of the solids.
     pub disbelieved: u32,
-    /// Contacts from a witness point to the nearest surface, for queries in which no depth of the
-    /// pieces was accepted; 0 or 1.
+    /// Replacement contacts, from a witness point to the nearest surface, if the bodies overlap and
+    /// no depth of pieces was accepted; 0 or 1.
     pub stood_in: u32,
-    /// Overlaps without an admissible depth, left out: the two pieces share no surface normal.
+    /// Overlaps that were left out because the two pieces share no surface normal.
     pub inadmissible: u32,
     /// Searches for an admissible depth that stopped before all edge pairs were examined.
     pub admissible_stops: u32,
     /// Pairs of closest points that are not contacts: a point is not on the mesh's surface, or the
     /// surface there does not face along the normal.
     pub virtual_closest: u32,
-    /// Contacts that were extrapolated from the last tick along their normals, since the quota was
-    /// spent.
+    /// Contacts that were extrapolated from the last tick because the quota was spent.
     pub held: u32,
-    /// Overlapping pairs without any contact, since the quota was spent and nothing was cached for
-    /// them.
+    /// Overlapping pairs without any contact, because the quota was spent and no cached contact
+    /// existed.
     pub unseen: u32,
     /// Pairs that became represented: the contacts of the sample account for their force until the
     /// bodies have moved some distance.
     pub represented: u32,
     /// Sub-steps into which a fast tick's motion was divided; 0 if it was not divided.
     pub sub_steps: u32,
-    /// Contacts that are held on the side from which they came, since their pair has tunnelled.
+    /// Contacts that are kept on the side from which the probe came, because their pair has
+    /// tunnelled.
     pub kept_side: u32,
     /// Patches that were computed.
     pub patches: u32,
-    /// Contacts that are further corners of a patch.
+    /// Additional contacts at the other corners of patches.
     pub corners: u32,
     /// Contacts left out because one of their values was not a finite number.
     pub non_finite: u32,
@@ -58,7 +58,8 @@ pub struct QueryCounters {
 }
 
 impl QueryCounters {
-    /// The cost in units of [`crate::algebra::Work`], without the contacts that were returned.
+    /// Returns the cost in units of [`crate::algebra::Work`], without the cost of the returned
+    /// contacts.
     pub(super) fn work(&self) -> u64 {
         self.traversal.work()
             + WORK_WALK * u64::from(self.walks)

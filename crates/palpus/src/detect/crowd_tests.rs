@@ -1,5 +1,6 @@
-//! Tests queries with hundreds of touching pieces, where a sample represents all pairs and most
-//! pairs rest. The pressure of the contacts must be nearly that of a query that measures each pair.
+//! Tests queries with hundreds of touching pieces. A sample represents all pairs, and most pairs
+//! are not measured. The pressure of the contacts must nearly equal the pressure from a query that
+//! measures each pair.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -10,22 +11,23 @@ use super::{Contact, ContactQuery, QuerySettings};
 use crate::algebra::{NoClock, Pose};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 
-/// Cells along a side of the board, and the length of one, m.
+/// Number of cells along a side of the board.
 const CELLS: usize = 36;
+/// Length of a cell, m.
 const CELL: f64 = 1e-3;
 /// Height of the waves, m.
 const HEIGHT: f64 = 1e-4;
 const TOLERANCE: f64 = 1e-5;
-/// The vertex that may be raised, near the middle.
+/// The vertex near the middle that a test raises.
 const BURR: usize = 17 * (CELLS + 1) + 20;
 
-/// A board with waves in both directions, on its upper side if `up`, else on its lower side, so
-/// that the two boards fit onto each other.
+/// Returns a board with waves in both directions, on its upper side if `up`, otherwise on its lower
+/// side. The two boards fit onto each other.
 fn board(up: bool) -> Arc<Body> {
     board_with(up, 0.0)
 }
 
-/// Like [`board`], with one corner of a cell raised by `burr` (m).
+/// Returns a [`board`] whose vertex [`BURR`] is raised by `burr` (m).
 fn board_with(up: bool, burr: f64) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     let place = |k: usize| (k as f64 - 0.5 * CELLS as f64) * CELL;
@@ -69,7 +71,8 @@ fn board_with(up: bool, burr: f64) -> Arc<Body> {
     Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
 }
 
-/// The boards overlap by 10 µm, slide by at most 5 µm per tick, and turn a little.
+/// Returns a pose in which the boards overlap by 10 µm. From tick to tick they slide by at most 5
+/// µm and turn a little.
 fn pose(tick: u32) -> Pose {
     let phase = f64::from(tick) * 0.05;
     let slide = DVec3::new(1e-4 * phase.sin(), 5e-5 * (0.7 * phase).sin(), -1e-5);
@@ -87,7 +90,7 @@ fn pressure(contacts: &[Contact]) -> (DVec3, DVec3, f64) {
 }
 
 #[test]
-fn a_sample_of_a_crowd_says_what_the_crowd_says() {
+fn sample_gives_nearly_the_full_pressure() {
     let (lower, upper) = (board(true), board(false));
     let settings = QuerySettings { tolerance: TOLERANCE, capacity: 8192, ..QuerySettings::default() };
     let mut whole = ContactQuery::new(upper.clone(), lower.clone(), settings);
@@ -113,7 +116,7 @@ fn a_sample_of_a_crowd_says_what_the_crowd_says() {
 }
 
 #[test]
-fn a_burr_outside_the_sample_is_found() {
+fn burr_outside_the_sample_is_found() {
     let burr = 3e-5;
     let (lower, upper) = (board_with(true, burr), board(false));
     let settings = QuerySettings { tolerance: TOLERANCE, capacity: 8192, holding: true, ..QuerySettings::default() };
@@ -131,7 +134,7 @@ fn few_contacts_are_measured_in_each_query() {
     let settings = QuerySettings { tolerance: TOLERANCE, ..QuerySettings::default() };
     let mut query = ContactQuery::new(upper, lower, QuerySettings { holding: true, ..settings });
     for tick in 0..50 {
-        // On one end only.
+        // The boards touch at one end only.
         let tilt = DQuat::from_rotation_y(0.01);
         let tilted = Pose::new(tilt, DVec3::new(1e-6 * f64::from(tick), 0.0, 1.6e-4));
         let counters = *query.run(&tilted, &NoClock);

@@ -1,26 +1,26 @@
-//! The guard against tunnelling: keeps a contact if a tick's motion is as large as the thickness of
-//! a part.
+//! The guard against tunnelling: keeps contacts if the motion in a tick is larger than the
+//! thickness of a part.
 //!
-//! 1. A tick in which no point moves farther than a share of the tolerance is not divided. A faster
-//!    tick is divided into *sub-steps* of about that length. Each sub-step finds the contacts of
-//!    thin pieces, which are thinner than a few times the tick's motion. So every such contact is
-//!    found within the tolerance on the side of entry, and its depth walk starts there. A body that
-//!    enters a thicker piece in one tick is still near the side from which it came; only the tip of
-//!    an edge can be passed.
-//! 2. In fast ticks, the two points of each contact are *traced* from one pose to the next. A point
-//!    of a has tunnelled if it goes through b's piece, or leaves it through a face that looks away
-//!    from the side of entry; likewise a point of b in a's piece. A pair has also tunnelled if it
-//!    overlaps before or after a sub-step and its normal turns over in the sub-step.
-//! 3. Such a pair is put on the list of *sides*. While it is on the list, it is a contact along the
-//!    normal of the side from which it came, whatever the march returns. Its separation is the gap
-//!    between the two support planes along that normal.
-//! 4. A side is dropped if the pair is apart along its normal, if its point is no longer below the
-//!    piece (it has slid off the edge), or if the query finds a contact on the same side again. It
-//!    is also dropped if the pair is a fixed number of tolerances deeper than where it tunnelled; a
-//!    tool that is pushed that far goes through.
+//! 1. If a point moves farther in a tick than a fraction of the tolerance, the tick is divided into
+//!    *sub-steps* of about this fraction. Each sub-step finds the contacts of thin pieces, which
+//!    are thinner than a few times the tick's motion. So each contact of a thin piece is found
+//!    within the tolerance on the side of entry, and its depth walk starts there. A body that
+//!    enters a thicker piece in one tick is still near the side of entry, except at the tip of an
+//!    edge, which it may pass.
+//! 2. In fast ticks, the two points of each contact are *traced* from one pose to the next. A
+//!    point of a has tunnelled if it leaves b's piece through a face that looks away from the
+//!    side of entry. The same rule applies to a point of b in a's piece. A pair has also tunnelled
+//!    if it overlaps before or after a sub-step and its normal reverses in the sub-step.
+//! 3. A pair that has tunnelled is put on the list of *sides*. While it is on the list, its contact
+//!    has the normal of the side from which it came, whatever the march returns. The contact's
+//!    separation is the gap between the two support planes along this normal.
+//! 4. A side is dropped in these cases: the pair is apart along the side's normal; its point has
+//!    slid off the edge of the piece; the query finds a contact on this side again. It is also
+//!    dropped if the pair becomes deeper than at the tunnelling by a fixed number of tolerances: a
+//!    tool that is pushed so far goes through.
 //!
-//! Direct rendering has no proxy that could stay on the surface. The guard adds the property of a
-//! proxy that matters for thin parts, the memory of a side, only for the pairs that need it.
+//! Direct rendering has no proxy that stays on the surface. For thin parts, the useful property of
+//! a proxy is its memory of the side. The guard adds this memory only for pairs that tunnelled.
 
 use glam::{DQuat, DVec3, DVec4};
 
@@ -32,51 +32,51 @@ use crate::algebra::{Placement, Pose};
 use crate::body::Polytope;
 use crate::collision::support_gap;
 
-/// Number of parts into which a tick's motion is divided: 1 if it is slow, and 1 if it is a jump,
-/// which is too fast to divide.
+/// Returns the number of sub-steps of a tick: 1 if the motion is slow, or if it is a jump that is
+/// too fast to divide.
 pub(super) fn sub_steps(travel: f64, tolerance: f64) -> u32 {
     let parts = (travel / (GUARD_STEP * tolerance)).ceil();
     if parts <= f64::from(GUARD_SUB_STEPS) { (parts as u32).max(1) } else { 1 }
 }
 
-/// The pose after a fraction of the way.
+/// Returns the pose at `fraction` of the motion.
 pub(super) fn between(from: &Pose, to: &Pose, fraction: f64) -> Pose {
     let near = if from.rotation.dot(to.rotation) < 0.0 { -to.rotation } else { to.rotation };
     let turned = DVec4::from(from.rotation).lerp(DVec4::from(near), fraction);
     Pose::new(DQuat::from_vec4(turned), from.translation.lerp(to.translation, fraction))
 }
 
-/// Pairs that have tunnelled, and the side from which each came.
+/// Pairs that have tunnelled, each with its side of entry.
 #[derive(Clone, Debug)]
 pub(super) struct Guard {
     sides: Vec<KeptSide>,
     /// The contacts at the previous pose, in fast ticks.
     before: Vec<Contact>,
-    /// The most contacts of a query.
+    /// Largest number of contacts of a query.
     capacity: usize,
     pose: Placement,
 }
 
-/// A pair and the side to which it belongs.
+/// A pair that has tunnelled, and its side of entry.
 #[derive(Clone, Copy, Debug)]
 struct KeptSide {
-    /// The contact before it tunnelled, with the points that were traced.
+    /// The contact before it tunnelled, with the traced points.
     contact: PairMemory,
-    /// Its normal, in b's frame.
+    /// The contact's normal, in b's frame.
     normal: DVec3,
     /// True if a's point went through b.
     by_a: bool,
-    /// Vertices near the supports along the normal.
+    /// Vertices of a and b near the support vertices along the normal.
     hub: [u32; 2],
-    /// Depth at which the side is dropped; unknown until its depth is first measured.
+    /// Depth at which the side is dropped; `None` until the depth is measured for the first time.
     deepest: Option<f64>,
 }
 
 impl Guard {
-    /// Most pairs that can be held at a time; if there are more, the later ones tunnel.
+    /// Largest number of listed pairs; if the list is full, further pairs tunnel.
     const SIDES: usize = 64;
 
-    /// An empty list, with memory for `capacity` contacts.
+    /// Returns an empty list, with memory for `capacity` contacts.
     pub(super) fn new(capacity: usize) -> Self {
         let (sides, before) = (Vec::with_capacity(Self::SIDES), Vec::with_capacity(capacity));
         Self { sides, before, capacity, pose: Placement::IDENTITY }
@@ -88,8 +88,8 @@ impl Guard {
         self.before.clear();
     }
 
-    /// Lists the pairs among `contacts` whose points tunnel on the way from the pose `from` to the
-    /// queried pose.
+    /// Lists the pairs among `contacts` whose points tunnel between the pose `from` and the queried
+    /// pose.
     pub(super) fn trace<'c>(
         &mut self,
         asked: &Asked<'_>,
@@ -111,7 +111,7 @@ impl Guard {
         }
     }
 
-    /// Lists the pairs whose normal has turned over in the `contacts` at the next pose.
+    /// Lists the pairs whose normal is reversed in the `contacts` of the next pose.
     pub(super) fn compare(&mut self, contacts: &[Contact]) {
         let mut next = 0;
         for k in 0..self.before.len() {
@@ -148,8 +148,8 @@ impl Guard {
         });
     }
 
-    /// Adds to `contacts` those that are held on their sides, in place of the contacts found for
-    /// these pairs. Returns how many it added.
+    /// Replaces the contacts of listed pairs in `contacts` by contacts on their sides. Returns the
+    /// number of added contacts.
     pub(super) fn hold(&mut self, asked: &Asked<'_>, contacts: &mut Vec<Contact>) -> u32 {
         let mut held = 0;
         self.sides.retain_mut(|side| {
@@ -171,7 +171,7 @@ impl Guard {
 }
 
 impl KeptSide {
-    /// Returns the contact on this side at the pose; `None` if the side is dropped.
+    /// Returns the contact on this side at the present pose; `None` if the side is dropped.
     fn contact(&mut self, asked: &Asked<'_>) -> Option<Contact> {
         let Asked { place, tolerance, .. } = asked;
         let (piece_a, piece_b) = asked.pieces(self.contact.pieces[0], self.contact.pieces[1]);
@@ -181,7 +181,7 @@ impl KeptSide {
         (separation, self.hub) = support_gap(piece_a, piece_b, place, normal, self.hub);
         let deepest = *self.deepest.get_or_insert(GUARD_HOLD * tolerance - separation);
         let point_a = place.point(self.contact.point_a);
-        // The way back crosses the piece that was tunnelled through.
+        // The line back along the normal crosses the piece.
         let below = if self.by_a {
             through(piece_b, point_a, point_a + normal * deepest).is_some()
         } else {
@@ -206,8 +206,8 @@ fn leaves_behind(polytope: &Polytope, from: DVec3, to: DVec3, outward: DVec3) ->
     through(polytope, from, to).is_some_and(|face| polytope.plane(face).normal.dot(outward) < 0.0)
 }
 
-/// The face through which the segment leaves the polytope, if the segment meets the polytope and
-/// ends outside of it.
+/// Returns the face through which the segment leaves the polytope. `None` if the segment misses the
+/// polytope or ends inside it.
 fn through(polytope: &Polytope, from: DVec3, to: DVec3) -> Option<u32> {
     let (mut enters, mut leaves) = (0.0f64, (1.0f64, None));
     for face in 0..polytope.face_count() as u32 {
@@ -218,7 +218,8 @@ fn through(polytope: &Polytope, from: DVec3, to: DVec3) -> Option<u32> {
         }
         if begin <= 0.0 && end > 0.0 {
             let at = begin / (begin - end);
-            // Front and back of a plate lie in one plane: the back is left last.
+            // Front and back of a plate without thickness lie in one plane; the segment leaves
+            // through the back.
             if at <= leaves.0 {
                 leaves = (at, Some(face));
             }
@@ -251,7 +252,7 @@ mod tests {
         build(&soup)
     }
 
-    /// A square without thickness, in the plane z = 0.
+    /// Returns a square without thickness, in the plane z = 0.
     fn sheet(half: f64) -> Arc<Body> {
         let mut soup = PolygonSoup::new();
         soup.vertices
@@ -270,7 +271,7 @@ mod tests {
         ContactQuery::new(a, b, settings)
     }
 
-    /// Lowest separation and the normal there, tick by tick, of a small cube that goes along `way`.
+    /// Returns the deepest contact of each tick for a small cube that moves along `way`.
     fn go(wall: &Arc<Body>, way: &[DVec3], guarded: bool) -> Vec<Option<Contact>> {
         let probe = cuboid(DVec3::splat(1e-3));
         let mut query = query(probe, wall.clone(), guarded);
@@ -285,14 +286,14 @@ mod tests {
             .collect()
     }
 
-    /// 3 m/s at 1 kHz.
+    /// Returns the positions on a line at 3 m/s and 1 kHz.
     fn straight(from: DVec3, to: DVec3) -> Vec<DVec3> {
         let ticks = (from.distance(to) / 3e-3).ceil() as u32;
         (0..=ticks).map(|k| from.lerp(to, f64::from(k) / f64::from(ticks))).collect()
     }
 
     #[test]
-    fn a_fast_probe_does_not_pass_a_thin_wall_unfelt() {
+    fn fast_probe_touches_a_thin_wall() {
         for wall in [cuboid(DVec3::new(0.05, 0.05, 1e-4)), sheet(0.05)] {
             let mut way = straight(DVec3::new(0.011, 0.007, 0.0095), DVec3::new(0.011, 0.007, -0.007));
             let back = straight(*way.last().unwrap(), way[0]);
@@ -306,8 +307,8 @@ mod tests {
                 if p.z < 0.0 {
                     let contact = contact.unwrap_or_else(|| panic!("nothing felt at {p}"));
                     assert!((contact.normal - DVec3::Z).length() < 1e-9, "{contact:?}");
-                    // The cube's lowest face is 1 mm below its middle, the wall's top at most 0.1
-                    // mm above z = 0.
+                    // The cube's lowest face is 1 mm below its middle, and the wall's top is at
+                    // most 0.1 mm above z = 0.
                     assert!((contact.separation - (p.z - 1e-3)).abs() < 1.1e-4, "{contact:?} at {p}");
                     let gap = contact.point_a - contact.point_b - contact.normal * contact.separation;
                     assert!(gap.length() < 1e-12);
@@ -320,9 +321,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_thick_is_taken_whole() {
-        // 3 mm per tick: the thin wall is found in a sub-step, the thick wall and a thick probe at
-        // the tick's end.
+    fn thick_parts_need_no_sub_steps() {
+        // At 3 mm per tick, a sub-step finds the contact with the thin wall. For the thick wall and
+        // for a thick probe, the query at the tick's end finds it.
         let probe = cuboid(DVec3::splat(0.02));
         for (half, cut) in [(1e-4, true), (0.02, false)] {
             let wall = cuboid(DVec3::new(0.05, 0.05, half));
@@ -335,29 +336,29 @@ mod tests {
             let counted: Vec<u32> = counted.collect();
             assert!(counted[1..].iter().all(|&count| (count > 1) == cut), "{counted:?}");
             let least = query.found().iter().map(|contact| contact.normal.z).fold(1.0, f64::min);
-            assert!(least > 0.99, "on the side from which it came");
+            assert!(least > 0.99, "the contact must push to the side of entry: {least}");
         }
     }
 
     #[test]
-    fn a_side_is_let_go_when_it_is_left_by_the_edge_or_by_force() {
+    fn side_is_dropped_beyond_the_edge_or_when_deep() {
         let wall = cuboid(DVec3::new(0.05, 0.05, 1e-4));
-        // Through, and then sideways past the edge.
+        // The cube moves through the wall, and then sideways past its edge.
         let mut way = straight(DVec3::new(0.04, 0.0, 0.0095), DVec3::new(0.04, 0.0, -0.005));
         way.extend(straight(DVec3::new(0.04, 0.0, -0.005), DVec3::new(0.07, 0.0, -0.005)));
         let felt = go(&wall, &way, true);
         assert!(felt.iter().flatten().any(|contact| contact.separation < -0.004));
         assert!(felt.last().unwrap().is_none());
-        // Through, and far on.
+        // The cube moves through the wall, and far beyond it.
         let felt = go(&wall, &straight(DVec3::new(0.01, 0.0, 0.0095), DVec3::new(0.01, 0.0, -0.06)), true);
         assert!(felt.iter().flatten().any(|contact| contact.separation < -0.015));
         assert!(felt.last().unwrap().is_none());
     }
 
     #[test]
-    fn a_probe_that_goes_around_the_edge_is_not_held() {
+    fn probe_around_the_edge_has_not_tunnelled() {
         let wall = cuboid(DVec3::new(0.05, 0.05, 1e-4));
-        // Half a turn about the edge x = 0.05, 0.4 mm off it, then back under the wall.
+        // Half a turn about the edge x = 0.05 at a distance of 0.4 mm, then back under the wall.
         let round = (0..40).map(|k| {
             let angle = std::f64::consts::PI * f64::from(k) / 39.0;
             DVec3::new(0.05 + 1.6e-3 * angle.sin(), 0.0, 1.5e-3 * angle.cos())
@@ -369,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_ticks_and_leaps_are_taken_whole() {
+    fn slow_ticks_and_jumps_have_no_sub_steps() {
         for (travel, parts) in
             [(0.0, 1), (4.9e-4, 1), (5.1e-4, 2), (7.9e-3, 16), (8.1e-3, 1), (f64::INFINITY, 1), (f64::NAN, 1)]
         {

@@ -1,4 +1,4 @@
-//! The contacts of the last query by pair, for pairs that this query does not measure again.
+//! The contacts of the last query for each pair, used for pairs that this query does not measure.
 //!
 //! A contact, or each corner of a patch, is kept as a [`PairMemory`] and extrapolated to the next
 //! pose. So extrapolation never adds a contact that was not found before.
@@ -7,38 +7,39 @@ use super::Contact;
 use super::memory::PairMemory;
 use crate::algebra::Placement;
 
-/// The last contacts of the pairs at the places of a front.
+/// The last contacts of the pairs of a front.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HeldContacts {
     entries: Vec<Entry>,
-    /// Contacts that were kept in the last tick, and in this one.
+    /// Contacts that were stored in the last tick.
     last: Vec<PairMemory>,
+    /// Contacts that were stored in this tick.
     now: Vec<PairMemory>,
-    /// The most of them.
+    /// Largest number of contacts in each list.
     capacity: usize,
     tick: u64,
 }
 
-/// The contacts of the pair at a place.
+/// The contacts of one pair.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     pieces: [u32; 2],
-    /// The tick in which it was kept.
+    /// The tick in which the entry was stored.
     tick: u64,
-    /// Its contacts among those of that tick.
+    /// Index of the first contact in that tick's list.
     first: u32,
     count: u32,
 }
 
 impl HeldContacts {
-    /// Memory for pairs at `places` places, with `capacity` contacts in all.
+    /// Allocates memory for `places` pairs with `capacity` contacts in total.
     pub(super) fn new(places: usize, capacity: usize) -> Self {
         let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0 };
         let memories = || Vec::with_capacity(capacity);
         Self { entries: vec![entry; places], last: memories(), now: memories(), capacity, tick: 1 }
     }
 
-    /// Starts a tick; drops the contacts that were not kept in the last one.
+    /// Starts a tick. Drops all contacts older than the last tick.
     pub(super) fn begin_tick(&mut self) {
         self.tick += 1;
         std::mem::swap(&mut self.last, &mut self.now);
@@ -50,8 +51,8 @@ impl HeldContacts {
         self.tick += 2;
     }
 
-    /// Stores the contacts of the pair of pieces at `place`; if there is not enough room, the first
-    /// ones.
+    /// Stores the contacts of the pair of pieces at `place`; if there is not enough room, only the
+    /// first contacts.
     pub(super) fn keep(&mut self, place: u32, pieces: [u32; 2], contacts: &[Contact], pose_ba: &Placement) {
         let Some(entry) = self.entries.get_mut(place as usize) else { return };
         let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
@@ -59,16 +60,18 @@ impl HeldContacts {
         self.now.extend(contacts.iter().map(|contact| PairMemory::of(contact, pose_ba)));
     }
 
-    /// The contacts of the pair that were kept in the last tick; `None` if the pair is not stored.
+    /// Returns the contacts of the pair that were stored in the last tick; `None` if the pair is
+    /// not stored.
     pub(super) fn known(&self, place: u32, pieces: [u32; 2]) -> Option<&[PairMemory]> {
         let entry = self.entries.get(place as usize)?;
         let is_known = entry.tick + 1 == self.tick && entry.pieces == pieces;
         is_known.then(|| &self.last[entry.first as usize..(entry.first + entry.count) as usize])
     }
 
-    /// Extrapolates the pair's contacts of the last tick to this tick's pose, and adds those nearer
-    /// than `tolerance` to `found`, until `found` has `most` contacts. Keeps them in this tick as
-    /// well. Returns how many it added; `None` if the pair is not stored.
+    /// Extrapolates the pair's contacts of the last tick to this tick's pose. Adds the contacts
+    /// nearer than `tolerance` to `found`, until `found` has `most` contacts. Stores all of the
+    /// pair's contacts for this tick too. Returns the number of added contacts; `None` if the pair
+    /// is not stored.
     pub(super) fn carry(
         &mut self,
         place: u32,

@@ -1,5 +1,5 @@
-//! Contacts of the pairs that a query did not measure, because its work quota was spent or because
-//! the pairs are at rest.
+//! Contacts of the pairs that a query did not measure, because its quota was spent or because the
+//! pairs rest: for some motion, their last results are extrapolated.
 
 use glam::DVec3;
 
@@ -13,12 +13,12 @@ use crate::collision::{Closest, LeafPair, Proximity, Represented, support_gap};
 use crate::depth::admissible_bound;
 
 impl PairSearch {
-    /// Extrapolates the contacts of leaf pair `first` and of the later pairs, because the quota was
-    /// spent before `first`.
+    /// Extrapolates the contacts of the leaf pairs from index `first` on, because the quota is
+    /// spent.
     #[cold]
     pub(super) fn hold_the_rest(&mut self, asked: &Asked<'_>, first: usize, counters: &mut QueryCounters) {
-        // Pairs that woke in this query come first and are not part of the rotation. The next query
-        // continues the rotation where the quota ended.
+        // Pairs whose wake time has come are first in the list and not part of the rotation. The
+        // next query continues the rotation where this quota ended.
         let mut resumed = false;
         let count = self.leaves.as_slice().len();
         for k in first..count {
@@ -48,7 +48,7 @@ impl PairSearch {
             match self.hold(asked, place, pieces, 0) {
                 Some(held) => counters.held += if k < late { held } else { 0 },
                 None => {
-                    debug_assert!(k < late, "a pair at rest has an answer");
+                    debug_assert!(k < late, "a resting pair has stored contacts");
                     counters.unseen += 1;
                     self.unseen_separation = f64::NEG_INFINITY;
                 }
@@ -60,8 +60,8 @@ impl PairSearch {
     }
 
     /// Adds a pair's extrapolated contacts of the last tick. Leaves room for one contact of each of
-    /// the `left` remaining pairs. Returns how many contacts the pair has; `None` if the pair is
-    /// not stored.
+    /// the `left` remaining pairs. Returns the number of added contacts; `None` if the pair is not
+    /// stored.
     fn hold(&mut self, asked: &Asked<'_>, place: u32, pieces: [u32; 2], left: usize) -> Option<u32> {
         let most = self.capacity - left;
         let held = self.held.carry(place, pieces, &asked.place, asked.tolerance, most, &mut self.contacts);
@@ -69,7 +69,7 @@ impl PairSearch {
         held
     }
 
-    /// Measures how many pairs are in contact; this decides how long pairs rest in the next query.
+    /// Counts the pairs in contact. This number determines how long pairs rest in the next query.
     pub(super) fn count_crowd(&mut self) {
         if self.holding {
             let touching = f64::from(self.touching + self.front.represented());
@@ -79,16 +79,14 @@ impl PairSearch {
         }
     }
 
-    /// Sets for how long a pair's new result (the contacts from index `known` on) may be kept.
-    /// `foretold` is the least separation that was extrapolated from the pair's last result.
+    /// Sets the motion for which a pair's new result (the contacts from index `known` on) is
+    /// extrapolated. `foretold` is the least separation extrapolated from the pair's last result.
     ///
-    /// The length of the rests adapts: if the extrapolation was accurate, the pair rests longer
-    /// next time, otherwise shorter.
+    /// If the extrapolation was accurate, the pair rests longer this time, otherwise shorter.
     pub(super) fn rest(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, foretold: Option<f64>) {
         let found = least_separation(self.contacts[known..].iter().map(|contact| contact.separation));
         if found == f64::INFINITY {
-            // Without a contact there is nothing to extrapolate, and a contact may begin at any
-            // time.
+            // A pair without a contact must be measured, since a contact may begin at any time.
             return;
         }
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
@@ -106,7 +104,7 @@ impl PairSearch {
     }
 
     /// Returns the least separation of the pair's contacts of the last tick, extrapolated to this
-    /// tick; infinite if it had no contacts. `None` if the pair is not stored.
+    /// tick; infinite if the pair had no contacts. `None` if the pair is not stored.
     pub(super) fn foretell(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<f64> {
         let held = self.held.known(leaf.place?, [leaf.piece_a, leaf.piece_b])?;
         Some(least_separation(held.iter().map(|memory| memory.extrapolate(&asked.place).separation)))
@@ -121,8 +119,8 @@ impl PairSearch {
         self.leaves.partition(|leaf| leaf.place.is_none() || sample.weight([leaf.piece_a, leaf.piece_b]) > 0.0)
     }
 
-    /// Returns the bound of a pair outside the sample, and its separation along that bound. `None`
-    /// if the pair may press harder than the sample, so that it has to be measured.
+    /// Returns the bound of a pair outside the sample, and the pair's separation along this bound.
+    /// `None` if the pair may press harder than the sample and has to be measured.
     pub(super) fn representation(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
         let (normal, hub, separation) = match leaf.proximity {
             Proximity::Disjoint(Closest { normal, features, distance, .. }) => {
@@ -137,7 +135,7 @@ impl PairSearch {
                 (bound.normal, bound.hub, -bound.depth)
             }
         };
-        // The normal of closest points may be inadmissible, and then it bounds no depth.
+        // The normal of closest points may be inadmissible; then it does not bound the depth.
         let nearest = if separation > 0.0 { 0.0 } else { f64::NEG_INFINITY };
         let least = (asked.tolerance - self.sample.stands_for(normal, [leaf.piece_a, leaf.piece_b], &asked.range()))
             .max(nearest);
@@ -167,16 +165,16 @@ impl PairSearch {
         true
     }
 
-    /// Returns the representation of a pair without a contact: it is measured again after some
-    /// motion.
+    /// Returns the representation of a pair without a contact. The pair is measured again after
+    /// some motion.
     pub(super) fn unbounded(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Represented {
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let length = SAMPLE_TRAVEL * piece_a.radius().min(piece_b.radius());
         Represented { normal: DVec3::ZERO, hub: [0; 2], least: f64::NEG_INFINITY, length }
     }
 
-    /// Adds the result of a pair that is not stored: the result of its march if it is apart,
-    /// otherwise only an upper bound of its depth.
+    /// Adds the result of a pair without a stored contact: the contact of its march if the pieces
+    /// are apart, otherwise only an upper bound of the depth.
     fn answer_unheld(&mut self, asked: &Asked<'_>, leaf: &LeafPair, left: usize, counters: &mut QueryCounters) {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
             let known = self.contacts.len();

@@ -1,9 +1,9 @@
 //! Memory of one contact, and its extrapolation to a later pose.
 //!
-//! Each of the two points moves with its body, and the normal moves with the body whose face it
-//! belongs to (otherwise with b). The extrapolated separation is the distance of the two points
-//! along the normal. Distances and depths both change by the relative motion of the witness points
-//! along the normal. So the separation is correct to first order in the motion.
+//! Each of the two points moves with its body. The normal moves with the body whose face touches,
+//! otherwise with b. The extrapolated separation is the distance of the two points along the
+//! normal. Distances and depths both change by the relative motion of the witness points along the
+//! normal. So the separation is correct to first order in the motion.
 
 use glam::DVec3;
 
@@ -18,11 +18,11 @@ pub(super) struct PairMemory {
     /// Pieces of a and of b.
     pub(super) pieces: [u32; 2],
     pub(super) features: FeaturePair,
-    /// In a's frame.
+    /// Point on a, in a's frame.
     pub(super) point_a: DVec3,
-    /// In b's frame.
+    /// Point on b, in b's frame.
     pub(super) point_b: DVec3,
-    /// Unit, from b into a; in the frame of the body with which it turns.
+    /// Unit, from b into a; in the frame of the body with which the normal turns.
     normal: DVec3,
     turns_with_a: bool,
     slope: f64,
@@ -45,7 +45,7 @@ impl PairMemory {
         }
     }
 
-    /// The contact at another pose.
+    /// Returns the contact at another pose.
     pub(super) fn extrapolate(&self, pose_ba: &Placement) -> Contact {
         let normal = if self.turns_with_a { pose_ba.vector(self.normal) } else { self.normal };
         let point_a = pose_ba.point(self.point_a);
@@ -53,7 +53,8 @@ impl PairMemory {
         self.contact(point_a.midpoint(self.point_b), normal, separation)
     }
 
-    /// A contact with this midpoint, normal and separation, and the stored pieces and features.
+    /// Returns a contact with this midpoint, normal and separation, and with the stored pieces and
+    /// features.
     pub(super) fn contact(&self, midpoint: DVec3, normal: DVec3, separation: f64) -> Contact {
         let [point_a, point_b] = points_about(midpoint, normal, separation);
         let [piece_a, piece_b] = self.pieces;

@@ -1,4 +1,5 @@
-//! The result of one pair of pieces: a contact at its closest points or at its depth, or none.
+//! The result of one pair of pieces: a contact at its closest points, a contact at its depth, or no
+//! contact.
 
 use glam::DVec3;
 
@@ -12,15 +13,14 @@ use crate::depth::{Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible
 
 /// Result of a pair of pieces within tolerance.
 pub(super) enum Found {
-    /// Closest points that are no contact of this pair.
+    /// No contact: the closest points are not on both surfaces.
     Nothing,
     /// A contact along the direction of least distance or depth.
     Admissible(Contact),
-    /// A contact along another direction, the least depth among the directions that the pieces own;
-    /// and the same contact with its points on its features, for the check of its depth.
+    /// A contact along the least depth among the shared normals of the pieces. The second value is
+    /// this contact with its points on its features, for the check of its depth.
     Moved(Contact, Contact),
-    /// An overlap without a normal that both pieces own: the contact along the direction of least
-    /// depth, if that was computed.
+    /// An overlap without a shared normal: the contact along the least depth, if that was computed.
     Inadmissible(Option<Contact>),
 }
 
@@ -31,7 +31,7 @@ impl PairSearch {
             Proximity::Disjoint(closest) => closest,
             Proximity::Overlapping(overlap) => return self.at_depth(asked, leaf, &overlap, counters),
         };
-        // If they overlap in the next tick, the walk starts from this normal.
+        // If the pieces overlap in the next tick, the walk starts from this normal.
         let Closest { normal, features, .. } = closest;
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
@@ -52,7 +52,7 @@ impl PairSearch {
         let place = &asked.place;
         let memory = leaf.memory.filter(|memory| memory.facet.is_some());
         let walked = self.walk(asked, leaf, overlap, memory);
-        // The next walk starts where this one ended, even if that normal is not admissible.
+        // The next walk starts at the end of this walk, even if its normal is not admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
         counters.walks += 1;
         counters.walk_steps += walked.steps;
@@ -67,8 +67,8 @@ impl PairSearch {
             self.front.remember_admissible(leaf, moved);
         }
         let Some(real) = real else {
-            // The angle costs about as much as the walk that it saves, so it is not computed at a
-            // pose without history.
+            // The angle costs about as much as the walk that it saves, so it is not computed for a
+            // pair without cached data.
             if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.barren_until.is_finite()) {
                 let angle = barren_angle(&normals_a, &normals_b, place);
                 if angle >= BARREN_LEAST {
@@ -90,7 +90,7 @@ impl PairSearch {
         }
     }
 
-    /// The depth walk, with a proof if the settings ask for one.
+    /// Computes the depth by a walk, with a proof if the settings request proofs.
     fn walk(&mut self, asked: &Asked<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<WarmStart>) -> Depth {
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let witness = Seed::Witness { direction: overlap.direction };
@@ -107,10 +107,10 @@ impl PairSearch {
         }
     }
 
-    /// Adds the other corners of a leaf pair's new contact, which follows the `known` first
-    /// contacts. Stores them for ticks in which the quota is spent. Leaves room for one contact of
-    /// each of the leaf pairs `left`: the list of leaf pairs holds the deepest, so none of them may
-    /// be dropped for the corners of another.
+    /// Adds the other corners of a leaf pair's new contact, which is at index `known`. Stores all
+    /// these contacts for ticks in which the quota is spent. Leaves room for one contact of each of
+    /// the `left` remaining leaf pairs, so that corners of one pair do not displace another pair's
+    /// contact.
     pub(super) fn keep(
         &mut self,
         asked: &Asked<'_>,
@@ -125,7 +125,8 @@ impl PairSearch {
             && let Some(contact) = self.contacts.get(known).copied()
         {
             let room = self.capacity - known - left;
-            // Many contacts together describe the surface as well as the corners of each would.
+            // Many contacts together describe the surface as well as the corners of each contact
+            // would.
             self.spread(asked, &contact, slope * (1.0 - self.crowd), room, counters);
         }
         if let Some(place) = leaf.place {
@@ -156,7 +157,7 @@ impl PairSearch {
     }
 }
 
-/// The contact at the closest points.
+/// Returns the contact at the closest points.
 pub(super) fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
     let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
     at(leaf, features, [point_a, point_b], normal, distance)
@@ -168,8 +169,8 @@ fn at(leaf: &LeafPair, features: FeaturePair, points: [DVec3; 2], normal: DVec3,
     Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope: 0.0, count: 1.0 }
 }
 
-/// Returns true if the closest points lie on the surfaces of both meshes and both pieces own their
-/// direction there. Otherwise they belong to another pair of pieces, or are no contact.
+/// Returns true if the closest points lie on the surfaces of both meshes and their direction is a
+/// normal of both meshes there. Otherwise they belong to another pair of pieces, or are no contact.
 fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
     let Asked { a, b, place, .. } = asked;
     let Closest { point_a, point_b, normal, features, .. } = *closest;

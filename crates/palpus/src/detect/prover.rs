@@ -8,13 +8,13 @@ use crate::depth::{CertificateMemory, Depth, DepthScratch, Seed, depth_proven};
 /// The proofs of the last query.
 #[derive(Clone, Debug)]
 pub(super) struct Prover {
-    /// Pieces of a and b. Pairs that share a place replace each other, so that each starts without
-    /// cached data.
+    /// Pieces of a and b, and their cached proof. A pair replaces another pair with the same hash
+    /// and then starts without cached data.
     places: Vec<([u32; 2], CertificateMemory)>,
 }
 
 impl Prover {
-    /// Number of cached pairs: enough for a handful of touching pieces, at about 8 kB each.
+    /// Number of cached pairs, each of about 8 kB: enough for a few touching pieces.
     const PLACES: usize = 64;
 
     pub(super) fn new() -> Self {
@@ -35,7 +35,7 @@ impl Prover {
         seeds: &[Seed],
         scratch: &mut DepthScratch,
     ) -> Depth {
-        // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.
+        // Fibonacci hashing: the odd multiplier is 2³² divided by the golden ratio.
         let hash = leaf.piece_a.wrapping_mul(31).wrapping_add(leaf.piece_b).wrapping_mul(0x9E37_79B9);
         let (pieces, memory) = &mut self.places[(hash >> 26) as usize % Self::PLACES];
         if *pieces != [leaf.piece_a, leaf.piece_b] {

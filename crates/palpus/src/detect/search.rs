@@ -1,33 +1,33 @@
 //! All contacts of two bodies within the tolerance \[K02 §3.4, §4.1\].
 //!
 //! 1. The front over both hierarchies ([`Front`]) returns the leaf pairs within the tolerance.
-//! 2. A pair of pieces that is apart is a contact at its closest points. It is left out if these
-//!    are not on the surface, or if their direction is not a normal of both meshes there
-//!    ([`Body::owns`]). For example, the far side of a thin wall cannot be touched from within the
-//!    wall; and beyond the end of an edge's Gauss arc the neighbouring piece is nearer.
-//! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last
-//!    normal, the witness of the march and the line of centroids. If the walk ends on a normal that
-//!    one of the meshes does not have, the depth is the least along a normal that both pieces own
-//!    ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if the check
-//!    of `belief` rejects this depth. A pair without such a normal is no contact. If the bodies
-//!    overlap and no depth counts, one contact stands in, from a witness point to the nearest
-//!    surface.
+//! 2. Pieces that are apart have a contact at their closest points. The contact is left out if
+//!    these points are not on the surface, or if their direction is not a normal of both meshes
+//!    there ([`Body::owns`]). For example, the far side of a thin wall cannot be touched from
+//!    within the wall. Beyond the end of an edge's Gauss arc, the neighbouring piece is nearer.
+//! 3. Pieces that overlap have a contact at their penetration depth. The depth walk starts from the
+//!    pair's last normal, the normal of the march and the line of centroids. If the walk ends on a
+//!    normal that one of the meshes does not have, the least depth along a shared normal is used
+//!    instead ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if
+//!    the check of `belief` rejects its depth, or if the pieces share no normal. If the bodies
+//!    overlap and no depth is accepted, the query adds a replacement contact, from a witness point
+//!    to the nearest surface.
 //!
 //! With [`Proof::Prove`], the query proves that each depth is the global minimum for its pair of
-//! pieces, or replaces it by a proven one. This happens before virtual features are considered. A
-//! depth that is later moved to a normal of the meshes is therefore not the least of the pair, but
-//! the least is known.
+//! pieces, or replaces it by a proven depth. The proof comes before a depth is moved to a normal of
+//! the meshes. A moved depth is therefore larger than the proven minimum.
 //!
-//! If the pose has jumped since the last query, or a pair begins to overlap, its depth is found
-//! from nothing, with a proof ([`depth`](crate::depth::depth)).
+//! If the pose has jumped since the last query, or if a pair begins to overlap, its depth is
+//! computed without cached data and with a proof ([`depth`](crate::depth::depth)).
 //!
-//! A pair of pieces is one contact, at its exact witness points, or on request the corners of its
-//! *patch* ([`Patch`]): as many contacts as are needed to describe where flush features touch.
+//! A pair of pieces has one contact at its exact witness points. If the settings request patches,
+//! it has one contact for each corner of its *patch* ([`Patch`]), the region in which flush
+//! features touch.
 //!
 //! Contacts are in the order in which they began; after a jump, in the order of the descent. The
-//! same history gives the same order.
+//! same sequence of poses gives the same order.
 
-use super::belief::{LastOverlap, is_believed, is_believed_beyond, stand_in};
+use super::belief::{LastOverlap, depth_is_confirmed, least_depth_is_confirmed, replacement};
 use super::guard::Guard;
 use super::held::HeldContacts;
 use super::pair::{Found, at_closest};
@@ -44,7 +44,7 @@ use crate::depth::{AdmissibleScratch, DepthScratch, Patch};
 #[derive(Clone, Debug)]
 pub(super) struct PairSearch {
     pub(super) front: Front,
-    /// The most contacts of a query.
+    /// Largest number of contacts of a query.
     pub(super) capacity: usize,
     pub(super) leaves: LeafPairs,
     pub(super) contacts: Vec<Contact>,
@@ -57,12 +57,12 @@ pub(super) struct PairSearch {
     pub(super) patch_slope: Option<f64>,
     pub(super) patch: Patch,
     pub(super) held: HeldContacts,
-    /// `held` has memory.
+    /// True if `held` has memory.
     pub(super) holding: bool,
     pub(super) sample: Sample,
-    /// Pairs with contacts in the query that is under way.
+    /// Number of pairs with contacts in the current query.
     pub(super) touching: u32,
-    /// How many pairs were in contact in the last query, as a value from 0 (few) to 1 (many).
+    /// Measure of the number of touching pairs in the last query, from 0 (few) to 1 (many).
     pub(super) crowd: f64,
     /// The leaf pair with which the next query begins, if the quota was spent.
     pub(super) resume: Option<u32>,
@@ -70,12 +70,12 @@ pub(super) struct PairSearch {
     pub(super) unlooked: f64,
 }
 
-/// Node pairs of the front. A spoon in a cup has hundreds, two 30 000-triangle scans some
-/// thousands, a nut on its thread some ten thousands.
+/// Capacity of the front, in node pairs. A spoon in a cup has hundreds, two scans of 30 000
+/// triangles have some thousands, and a nut on its thread has some ten thousands.
 const NODE_PAIRS: usize = 1 << 17;
 
 impl PairSearch {
-    /// Memory for queries with these settings.
+    /// Allocates memory for queries with these settings.
     pub(super) fn new(a: &Body, b: &Body, settings: &QuerySettings) -> Self {
         let capacity = settings.capacity.max(1);
         let front = Front::new(side(a), side(b), NODE_PAIRS);
@@ -143,8 +143,8 @@ impl PairSearch {
         counters
     }
 
-    /// Finds the contacts of the leaf pairs until the quota is spent; returns the shallowest of the
-    /// depths that do not count.
+    /// Finds the contacts of the leaf pairs until the quota is spent. Returns the shallowest
+    /// depths that were not accepted.
     fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Doubtful {
         self.contacts.clear();
         let mut doubtful = Doubtful::default();
@@ -177,10 +177,10 @@ impl PairSearch {
             let foretold = if rests { self.foretell(asked, &leaf) } else { None };
             match self.contact(asked, &leaf, counters) {
                 Found::Nothing => counters.virtual_closest += 1,
-                Found::Admissible(contact) if is_believed_beyond(asked, &contact) => {
+                Found::Admissible(contact) if least_depth_is_confirmed(asked, &contact) => {
                     self.contacts.push(contact);
                 }
-                Found::Moved(contact, facing) if is_believed(asked, &facing) => self.contacts.push(contact),
+                Found::Moved(contact, facing) if depth_is_confirmed(asked, &facing) => self.contacts.push(contact),
                 Found::Admissible(contact) | Found::Moved(contact, _) => {
                     counters.disbelieved += 1;
                     doubtful.rejected = shallower(doubtful.rejected, contact);
@@ -205,20 +205,20 @@ impl PairSearch {
         doubtful
     }
 
-    /// Adds a contact if bodies overlap and no depth counts: the stand-in of a rejected depth, of
-    /// the last overlap, or of a depth along a normal that the pieces do not own.
+    /// Adds a replacement contact if the bodies overlap and no depth is accepted. The contact
+    /// replaces a rejected depth, the last overlap, or a depth along a normal that is not shared.
     fn hold_overlap(&mut self, asked: &Asked<'_>, doubtful: &Doubtful, counters: &mut QueryCounters) {
         if self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             return;
         }
-        let rejected = doubtful.rejected.map(|contact| stand_in(asked, &contact).unwrap_or(contact));
+        let rejected = doubtful.rejected.map(|contact| replacement(asked, &contact).unwrap_or(contact));
         let still = || self.last_overlap.still(asked).filter(|_| counters.traversal.postponed == 0);
-        let stands_in = rejected.or_else(still).or_else(|| stand_in(asked, &doubtful.unowned?));
-        // Nothing is added beyond the memory that was allocated at construction. If it is full of
-        // contacts that are apart, these hold the bodies.
+        let replaced = rejected.or_else(still).or_else(|| replacement(asked, &doubtful.unowned?));
+        // The query never exceeds the memory of its construction. If this memory is full of
+        // contacts that are apart, these contacts keep the bodies apart.
         let room = self.capacity - self.contacts.len();
-        counters.stood_in += u32::from(stands_in.is_some() && room > 0);
-        self.contacts.extend(stands_in.into_iter().take(room));
+        counters.stood_in += u32::from(replaced.is_some() && room > 0);
+        self.contacts.extend(replaced.into_iter().take(room));
     }
 
     /// See [`ContactQuery::unseen_separation`](super::ContactQuery::unseen_separation).
@@ -231,13 +231,13 @@ impl PairSearch {
         self.unlooked
     }
 
-    /// The contacts of the last query.
+    /// Returns the contacts of the last query.
     pub(super) fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
 
-    /// The nearest pair of points at any distance, or the deepest contact. `asked` is the input of
-    /// the last [`Self::run`].
+    /// Returns the nearest pair of points at any distance, or the deepest contact. `asked` is the
+    /// input of the last [`Self::run`].
     pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         let least = |x: &&Contact, y: &&Contact| x.separation.total_cmp(&y.separation);
         let contact = self.contacts.iter().min_by(least).copied();
@@ -253,7 +253,7 @@ impl PairSearch {
                 Found::Nothing => None,
             },
         };
-        // If both are equally near, take the contact, whose features are original.
+        // If both are equally near, return the contact, since its features belong to the mesh.
         match (contact, nearest) {
             (Some(c), Some(n)) if c.separation <= n.separation => Some(c),
             (c, n) => n.or(c),
@@ -290,12 +290,12 @@ impl PairSearch {
     }
 }
 
-/// The shallowest of the depths that do not count.
+/// The shallowest depths that were not accepted.
 #[derive(Clone, Copy, Default)]
 struct Doubtful {
-    /// Contradicts the surfaces of the solids.
+    /// The contact contradicts the surfaces of the solids.
     rejected: Option<Contact>,
-    /// Its normal is not owned by both pieces.
+    /// The pieces do not share the contact's normal.
     unowned: Option<Contact>,
 }
 
@@ -310,19 +310,19 @@ pub(super) struct Asked<'q> {
     pub(super) place: Placement,
     /// Model units.
     pub(super) tolerance: f64,
-    /// Contacts press below this separation, model units.
+    /// Contacts press below this separation, in model units.
     offset: f64,
 }
 
 impl<'q> Asked<'q> {
-    /// Input of a query with these settings at a pose.
+    /// Returns the input of a query with these settings at a pose.
     pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, settings: &QuerySettings) -> Self {
         let QuerySettings { tolerance, contact_offset, .. } = *settings;
         let offset = contact_offset.map_or(tolerance, |offset| offset.min(tolerance));
         Self { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance, offset }
     }
 
-    /// Returns the separations below which contacts are searched, and below which they press.
+    /// Returns two separations: contacts are searched below the first, and press below the second.
     pub(super) fn range(&self) -> Range {
         Range { tolerance: self.tolerance, offset: self.offset }
     }
@@ -348,7 +348,7 @@ impl<'q> Asked<'q> {
     }
 }
 
-/// The shallower of two overlaps, the first if they are as deep.
+/// Returns the shallower of two overlaps; the first if both are equally deep.
 fn shallower(least: Option<Contact>, contact: Contact) -> Option<Contact> {
     if least.is_some_and(|least| contact.separation <= least.separation) { least } else { Some(contact) }
 }

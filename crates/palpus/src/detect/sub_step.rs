@@ -9,9 +9,9 @@ use crate::algebra::tolerance::{GUARD_THICK, WORK_ANSWER};
 use crate::collision::PlacedPair;
 
 impl PairSearch {
-    /// Queries the intermediate poses of a fast tick, so that no thin part is passed without a
-    /// contact; the quota may end this early. Returns the thickness below which a part is thin in
-    /// this tick, if the tick is fast and any part is thin.
+    /// Queries the intermediate poses of a fast tick, until the quota is spent, so that no thin
+    /// part is passed without a contact. Returns the thickness below which a part counts as thin in
+    /// this tick. `None` if the tick is slow or no part is thin.
     ///
     /// The intermediate queries examine only pairs with a thin piece; for other pairs, the query at
     /// the tick's end is enough.
@@ -54,8 +54,8 @@ impl PairSearch {
         Some(thin)
     }
 
-    /// Stores the pose, and lists the last contacts of pieces thinner than `thin` that tunnel on
-    /// the way to it.
+    /// Stores the pose. Lists the last contacts of pieces thinner than `thin` that tunnel on the
+    /// way to this pose.
     pub(super) fn move_to(&mut self, asked: &Asked<'_>, thin: Option<f64>) {
         let last = self.last_pose.replace(asked.pose_ba);
         if let (Some(last), Some(guard), Some(thin)) = (last, &mut self.guard, thin) {

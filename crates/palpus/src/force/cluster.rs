@@ -1,32 +1,32 @@
 //! Clusters of contacts: exact single linkage of midpoints, cut where normals oppose each other
 //! \[K02 §4.2\].
 //!
-//! 1. *Admit* contacts that are finite and nearer than the tolerance. If there are more than the
-//!    capacity, the deepest stay and the others are only counted.
-//! 2. *Order* them by value (pieces first), so that a permutation of the input changes no bit of a
-//!    later sum.
-//! 3. *Link* every two contacts whose midpoints are nearer than the radius δ (eq. 2, strictly
-//!    nearer). A group is exactly a connected component of that relation. A grid of cells of
-//!    diagonal δ only saves work: midpoints in one cell are linked through its first, and a cell is
-//!    compared with all cells within a distance below δ. The corners of one patch belong to one
-//!    contact of two pieces, so each is linked as if it were in the patch's middle.
-//! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`: the normal of
-//!    its deepest contact is the axis of the first cone, which takes every member within half the
-//!    opening of that normal. Of the remaining members, the one whose normal is farthest from all
-//!    axes gives the next cone, and so on. (The farthest, so that the cones around a peg are
-//!    opposite each other.)
-//! 5. *Link again* inside each cone, since two parts of a group may have been connected only by
-//!    contacts of another cone.
+//! 1. *Admit* contacts that are finite and nearer than the tolerance. If there are more contacts
+//!    than the capacity, keep the deepest and only count the others.
+//! 2. *Order* the contacts by their values (piece indices first). Then a permutation of the input
+//!    changes no bit of a later sum.
+//! 3. *Link* every two contacts whose midpoints are strictly nearer than the radius δ (eq. 2). A
+//!    group is a connected component of these links. A grid of cells with diagonal δ saves work.
+//!    All midpoints in one cell are linked to the cell's first midpoint, and each cell is compared
+//!    only with cells nearer than δ. The corners of one patch belong to one pair of pieces, so each
+//!    corner is linked as if it were in the patch's middle.
+//! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`. The normal of
+//!    the deepest contact is the axis of the first cone. The cone takes all members whose normals
+//!    are within half the opening of the axis. The axis of the next cone is the remaining
+//!    normal that is farthest from all axes, and so on. This choice puts the cones around a peg
+//!    opposite each other.
+//! 5. *Link again* inside each cone, because contacts of another cone may have been the only
+//!    connection between two parts of a group.
 //!
-//! Deviations. The paper fills an octree whose cells *are* the clusters; there, two very close
-//! contacts on either side of a cell's wall are in different clusters, which contradicts eq. 2. The
-//! cut (steps 4 and 5) is ours: eq. 3 has no solution in a slot narrower than δ, or around a peg,
-//! where a chain of neighbours joins opposed normals that cancel. After the cut, two normals of a
-//! cluster differ by at most `split_angle`, and each differs from the cone's axis by at most half
-//! of it. So the length of their weighted sum is at least `cos(split_angle / 2)` of the sum of the
-//! weights. `split_angle: None` gives the paper's eq. 2 alone.
+//! Deviations. In the paper, the cells of an octree *are* the clusters. There, two very close
+//! contacts on the two sides of a cell's wall are in different clusters, which contradicts eq. 2.
+//! The cut (steps 4 and 5) is ours. Eq. 3 has no solution if the normals of a cluster cancel.
+//! Examples are a slot narrower than δ, and a peg in a hole, where a chain of neighbours joins
+//! opposed normals. After the cut, each normal of a cluster differs from the cone's axis by at most
+//! half of `split_angle`. So the length of their weighted sum is at least `cos(split_angle / 2)` of
+//! the sum of the weights. `split_angle: None` gives the paper's eq. 2 alone.
 //!
-//! All memory is obtained by [`Linkage::new`].
+//! [`Linkage::new`] allocates all memory.
 
 mod cut;
 mod link;
@@ -45,14 +45,14 @@ use link::{Cell, Run};
 pub struct LinkageSettings {
     /// t of \[K02\], m: contacts at this separation or farther are ignored.
     pub tolerance: f64,
-    /// δ of \[K02\], m: midpoints nearer than this are linked. 0 links nothing.
+    /// δ of \[K02\], m: midpoints nearer than this are linked. With 0, no contacts are linked.
     pub radius: f64,
-    /// rad, at most π: opening of the cone that must hold the normals of a cluster; `None` never
-    /// cuts.
+    /// Largest opening of the cone that contains the normals of a cluster (rad, at most π). `None`:
+    /// groups are never cut.
     pub split_angle: Option<f64>,
-    /// The most contacts that are clustered. If there are more, one half are the deepest of all,
-    /// and the other half are the deepest with clearly different normals. These stop the tool when
-    /// it is thrown back.
+    /// Largest number of clustered contacts. If there are more contacts, half of this number are
+    /// the deepest contacts. The other half are the deepest contacts with clearly different
+    /// normals. These contacts stop the tool when it is thrown back.
     pub most: usize,
 }
 
@@ -61,8 +61,7 @@ pub struct LinkageSettings {
 pub struct LinkageCounters {
     /// Contacts that are in a cluster.
     pub admitted: u32,
-    /// Contacts left out because there were more than the capacity, or than
-    /// [`LinkageSettings::most`].
+    /// Contacts left out because their number exceeded the capacity or [`LinkageSettings::most`].
     pub dropped: u32,
     /// Contacts left out because one of their numbers was not finite.
     pub non_finite: u32,
@@ -84,34 +83,34 @@ impl std::ops::AddAssign for LinkageCounters {
 #[derive(Clone, Debug)]
 pub struct Linkage {
     capacity: usize,
-    /// Admitted contacts in canonical order; a contact's place here is its *rank*.
+    /// Admitted contacts in canonical order; a contact's index in this list is its *rank*.
     order: Vec<u32>,
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
-    /// The corners of the patch whose middle is being computed.
+    /// Memory for the corners of one patch.
     corners: Vec<Tilted>,
     tilts: TiltShares,
-    /// Per rank: contacts of different labels are never linked.
+    /// Label of each rank; contacts with different labels are never linked.
     labels: Vec<u32>,
     /// Union–find over ranks; the root of a component is its smallest rank.
     parents: Vec<u32>,
     cells: Vec<Cell>,
     runs: Vec<Run>,
-    /// Ranks, grouped.
+    /// Ranks, group after group.
     ranks: Vec<u32>,
-    /// Contact indices and their force directions, grouped as `ranks` is.
+    /// Contact indices, in the order of `ranks`.
     members: Vec<u32>,
     directions: Vec<DVec3>,
     starts: Vec<u32>,
     group_of: Vec<u32>,
-    /// Per rank, while its group is cut: cosine of the angle to the nearest leader's normal.
+    /// For each rank of the group that is being cut: cosine of the angle to the nearest cone axis.
     to_leader: Vec<f64>,
 }
 
 /// Cosine of 60°: contacts whose directions differ by more have clearly different normals.
 const ELSEWHERE: f64 = 0.5;
 
-/// Moves the `count` deepest of `order` to the front, unsorted.
+/// Moves the `count` deepest contacts of `order` to its front, unsorted.
 fn deepest_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
     if count < order.len() {
         order.select_nth_unstable_by(count, |&i, &j| {
@@ -122,7 +121,7 @@ fn deepest_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
 }
 
 impl Linkage {
-    /// Memory for clusters of at most `capacity` contacts.
+    /// Allocates memory for clusters of at most `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity,
@@ -159,7 +158,7 @@ impl Linkage {
         }
         self.link(settings.radius);
         self.gather();
-        // A contact by itself fits any cone.
+        // A single contact fits into any cone.
         if let Some(angle) = settings.split_angle
             && self.len() < self.order.len()
         {
@@ -177,17 +176,18 @@ impl Linkage {
         counters
     }
 
-    /// Number of clusters.
+    /// Returns the number of clusters.
     pub fn len(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
 
-    /// True when there is no cluster.
+    /// Returns true if there is no cluster.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Range of the members of cluster `k` in [`Self::members`] and [`Self::directions`].
+    /// Returns the range of the members of cluster `k` in [`Self::members`] and
+    /// [`Self::directions`].
     pub fn range(&self, k: usize) -> std::ops::Range<usize> {
         self.starts[k] as usize..self.starts[k + 1] as usize
     }
@@ -197,13 +197,14 @@ impl Linkage {
         &self.members
     }
 
-    /// The force directions of the members.
+    /// Returns the force directions of the members (unit, in b's frame), parallel to
+    /// [`Self::members`].
     pub fn directions(&self) -> &[DVec3] {
         &self.directions
     }
 
-    /// Step 1. Collects at most twice the capacity; when full, it keeps the deepest half, so that
-    /// the work stays linear.
+    /// Step 1. Collects at most twice the capacity of contacts. When the list is full, keeps the
+    /// deepest half, so the work stays linear.
     fn admit(&mut self, contacts: &[Contact], settings: &LinkageSettings) -> LinkageCounters {
         let mut counters = LinkageCounters::default();
         self.order.clear();
@@ -230,7 +231,7 @@ impl Linkage {
         self.order.truncate(self.capacity);
     }
 
-    /// Reduces the contacts to `most`.
+    /// Reduces the number of contacts to `most`.
     fn seat(&mut self, contacts: &[Contact], most: usize) {
         if self.order.len() <= most {
             return;
@@ -256,7 +257,7 @@ impl Linkage {
         self.order.truncate(most);
     }
 
-    /// Step 2.
+    /// Step 2: sorts the contacts, and collects their midpoints and force directions.
     fn place_in_order(&mut self, contacts: &[Contact], direction: &mut impl FnMut(&Contact) -> DVec3) {
         self.order.sort_unstable_by(|&i, &j| canonical(&contacts[i as usize], &contacts[j as usize]));
         self.points.clear();
@@ -285,8 +286,8 @@ impl Linkage {
         }
     }
 
-    /// Lists the components one after the other, each in canonical order, ordered by their first
-    /// members.
+    /// Lists the members of all components. Components are ordered by their first members, and
+    /// members are in canonical order.
     fn gather(&mut self) {
         let n = self.order.len();
         self.group_of.clear();
@@ -308,8 +309,8 @@ impl Linkage {
         }
         self.ranks.clear();
         self.ranks.resize(n, 0);
-        // `starts[group + 1]` is where the group ends; filling from the back moves it to where the
-        // group begins.
+        // At first, `starts[group + 1]` is the end of the group. Filling from the back moves it to
+        // the group's begin.
         for rank in (0..n).rev() {
             let end = &mut self.starts[self.group_of[rank] as usize + 1];
             *end -= 1;
@@ -322,7 +323,7 @@ impl Linkage {
     }
 }
 
-/// An order of contacts by their values alone.
+/// Orders contacts by their values alone, not by their indices.
 fn canonical(first: &Contact, second: &Contact) -> Ordering {
     let by_pieces = (first.piece_a, first.piece_b).cmp(&(second.piece_a, second.piece_b));
     by_pieces.then_with(|| first.separation.total_cmp(&second.separation)).then_with(|| {

@@ -1,5 +1,5 @@
-//! Compares clusters with a quadratic single linkage, which shares only the distance comparison
-//! with the grid.
+//! Compares clusters with the clusters of a quadratic single linkage. The two algorithms share only
+//! the comparison of distances.
 
 use glam::DVec3;
 
@@ -14,8 +14,8 @@ const PAPER: LinkageSettings =
     LinkageSettings { tolerance: TOLERANCE, radius: RADIUS, split_angle: None, most: usize::MAX };
 const CUT: LinkageSettings = LinkageSettings { split_angle: Some(2.269), ..PAPER };
 
-/// Components of eq. 2 by repeated relabelling: every contact within the tolerance gets the
-/// smallest index in its component.
+/// Finds the components of eq. 2 by repeated relabelling: each contact within the tolerance gets
+/// the smallest index in its component.
 fn quadratic(contacts: &[Contact], radius: f64) -> Vec<Vec<u32>> {
     let mut label: Vec<usize> = (0..contacts.len()).collect();
     loop {
@@ -71,12 +71,12 @@ fn run(contacts: &[Contact], settings: &LinkageSettings) -> Linkage {
 }
 
 #[test]
-fn equals_quadratic_single_linkage() {
+fn clusters_equal_quadratic_single_linkage() {
     let mut random = Random::new(SEED);
     for round in 0..400 {
         let n = 1 + random.below(90);
-        // From all in one cluster to all alone; sometimes far from the origin, sometimes in a
-        // plane.
+        // The size of the cloud varies: small clouds have one cluster, and large clouds have a
+        // cluster for each contact. Some clouds are far from the origin, and some lie in a plane.
         let half = RADIUS * random.between(0.3, 12.0);
         let mut contacts = cloud(&mut random, n, half);
         let far = if round % 5 == 0 { random.point(1e3) } else { DVec3::ZERO };
@@ -91,12 +91,12 @@ fn equals_quadratic_single_linkage() {
 }
 
 #[test]
-fn chains_join_and_a_link_of_exactly_delta_does_not() {
+fn chains_join_but_distance_delta_does_not() {
     let line = |spacing: f64| -> Vec<Contact> {
         (0..60u32).map(|k| contact((k, 0), DVec3::X * (spacing * f64::from(k)), DVec3::Z, 0.0)).collect()
     };
     assert_eq!(run(&line(0.999 * RADIUS), &PAPER).len(), 1);
-    // Spacing and radius a power of two: the distances are δ to the last bit.
+    // Spacing and radius are a power of two, so the distances are exactly δ.
     let exact = LinkageSettings { radius: 0.0625, ..PAPER };
     assert_eq!(run(&line(0.0625), &exact).len(), 60);
     assert_eq!(run(&line(0.0625 - 1e-12), &exact).len(), 1);
@@ -104,9 +104,9 @@ fn chains_join_and_a_link_of_exactly_delta_does_not() {
 }
 
 #[test]
-fn a_cell_wall_separates_nobody() {
-    // Pairs just under δ apart, in every direction and at every offset to the grid, which begins at
-    // the first contact.
+fn cell_wall_does_not_separate_near_contacts() {
+    // Pairs at slightly less than δ, in random directions and at random offsets to the grid, which
+    // begins at the first contact.
     let mut random = Random::new(SEED ^ 1);
     for round in 0..2000 {
         let p = random.point(10.0 * RADIUS);
@@ -122,7 +122,7 @@ fn a_cell_wall_separates_nobody() {
 }
 
 #[test]
-fn contacts_beyond_the_grid_are_linked_all_the_same() {
+fn contacts_outside_the_grid_are_linked() {
     let mut random = Random::new(SEED ^ 2);
     let mut contacts = cloud(&mut random, 80, 3.0 * RADIUS);
     for contact in contacts.iter_mut().skip(1) {
@@ -180,7 +180,7 @@ fn every_cluster_fits_its_cone_and_refines_single_linkage() {
                     assert!(cosine >= 2.269f64.cos() - 1e-12, "seed {SEED:#x}, round {round}");
                 }
             }
-            // Still connected by eq. 2 alone.
+            // By eq. 2 alone, the cluster is still connected.
             let members: Vec<_> = group.iter().map(|&i| contacts[i as usize]).collect();
             assert_eq!(quadratic(&members, RADIUS).len(), 1, "seed {SEED:#x}, round {round}");
         }
@@ -189,7 +189,7 @@ fn every_cluster_fits_its_cone_and_refines_single_linkage() {
 }
 
 #[test]
-fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
+fn opposed_walls_are_in_different_clusters() {
     let slot: Vec<_> = (0..20u32)
         .map(|k| {
             let side = if k % 2 == 0 { 1.0 } else { -1.0 };
@@ -202,7 +202,8 @@ fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
     assert_eq!(linkage.len(), 2);
     assert!(linkage.range(0).len() == 10);
 
-    // A peg in a hole: neighbours differ by 15°, a chain all around.
+    // A peg in a hole: the normals of neighbours differ by 15°, and a chain of links goes all
+    // around.
     let ring: Vec<_> = (0..24u32)
         .map(|k| {
             let angle = (15.0 * f64::from(k)).to_radians();
@@ -214,15 +215,15 @@ fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
     let linkage = run(&ring, &CUT);
     assert_eq!(linkage.len(), 4);
     let sum = |k: usize| linkage.directions()[linkage.range(k)].iter().sum::<DVec3>().normalize();
-    assert!((0..4).map(sum).sum::<DVec3>().length() < 1e-12, "a centred peg feels nothing");
-    // The corner of a box (three walls at right angles) stays one cluster.
+    assert!((0..4).map(sum).sum::<DVec3>().length() < 1e-12, "a centred peg must have no force");
+    // Contacts in the corner of a box (three walls at right angles) stay one cluster.
     let corner: Vec<_> =
         [DVec3::X, DVec3::Y, DVec3::Z].iter().map(|&n| contact((0, 0), DVec3::ZERO, n, -1e-4)).collect();
     assert_eq!(run(&corner, &CUT).len(), 1);
 }
 
 #[test]
-fn what_does_not_fit_is_counted_and_the_deepest_stay() {
+fn contacts_above_capacity_are_counted_and_deepest_kept() {
     let mut random = Random::new(SEED ^ 6);
     let mut contacts = cloud(&mut random, 300, RADIUS);
     contacts[3].separation = f64::NAN;
@@ -241,11 +242,11 @@ fn what_does_not_fit_is_counted_and_the_deepest_stay() {
 }
 
 #[test]
-fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
+fn deepest_and_differently_directed_contacts_are_kept() {
     let mut random = Random::new(SEED ^ 9);
     let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
-    // A hundred contacts press on a floor; thirty contacts at the ceiling are farther away than any
-    // of them.
+    // A hundred contacts press on a floor. Thirty contacts at the ceiling are farther away than all
+    // contacts on the floor.
     let contacts: Vec<Contact> = (0..130)
         .map(|k| {
             let (normal, near) = if k < 100 { (DVec3::Z, 0.0) } else { (DVec3::NEG_Z, 5e-4) };
@@ -268,7 +269,7 @@ fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
         found.sort_unstable();
         assert_eq!(found, expected, "seed {SEED:#x}");
     }
-    // If all push alike, the deepest are kept.
+    // If all contacts push in one direction, the deepest are kept.
     let mut linkage = Linkage::new(200);
     linkage.run(&contacts[..100], &settings, |contact| contact.normal);
     let deepest = |i: &u32| contacts[*i as usize].separation;

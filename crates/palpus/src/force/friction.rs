@@ -1,58 +1,60 @@
 //! Stick–slip friction, tracked in time \[K02 §4.4.2; Hayward and Armstrong 2000, "HA00"\].
 //!
-//! Each contact keeps an *adhesion*: the point w of b at which it holds, and the point x of a that
-//! holds there. The strain is z = x − w in the tangent plane. Each tick, for every contact of every
-//! cluster:
+//! Friction is a spring between a point x of a and a point w of b. This pair of points is the
+//! contact's *adhesion*. The strain of the spring is z = x − w in the tangent plane. Each tick, for
+//! every contact of every cluster:
 //!
-//! 1. *Find* the contact's adhesion of the last tick: the adhesion of the same two pieces, or the
-//!    nearest of several. If there is none, the contact takes over the strain of the nearest
-//!    adhesion within reach whose normal is not opposed. So a probe that slides from one piece onto
-//!    the next keeps its friction. Otherwise the contact begins without strain.
-//! 2. *Carry* it: x moves with a, w rests on b, and z is their difference in the cluster's tangent
-//!    plane. The normal part is no strain; w follows it.
-//! 3. *Stick or slide*: z_max = μ F_n / k_t for a cluster alone, with μ static while sticking.
-//!    Beyond it the contact slides, and w is dragged so that ‖z‖ is z_max; x comes to the present
-//!    contact point in the same measure. μ falls to the dynamic one evenly over a slip of the
-//!    static z_max (*slip weakening*, Ida 1972), so that nothing snaps, and contacts of one body
-//!    that reach their limit one after the other still hold with the static μ together. A sliding
-//!    contact sticks again, with all of its strength, as soon as it is no longer dragged.
-//! 4. *Force* on a: −k_t z at x. While the contact sticks, this force is the gradient of ½ k_t z².
-//!    At any other point it could add energy: the contact's point, for example, moves while a block
-//!    rocks.
+//! 1. *Find* the contact's adhesion of the last tick: the nearest adhesion of the same two pieces.
+//!    If these pieces had no contact, the contact takes over the strain of the nearest adhesion
+//!    within reach that has a similar normal. So a probe that slides from one piece onto the next
+//!    keeps its friction. If no adhesion is found, the contact begins without strain.
+//! 2. *Move*: x moves with a, and w stays on b. Compute z in the cluster's tangent plane. Then move
+//!    w along the normal, so that x − w = z.
+//! 3. *Stick or slide*: the contact slides if ‖z‖ exceeds z_max = μ F_n / k_t (for several
+//!    clusters, see below). Then shorten z to z_max by moving w, and move x toward the present
+//!    contact point. μ falls from its static to its dynamic value in proportion to the distance
+//!    slipped, over the first static z_max of slip (*slip weakening*, Ida 1972). So the force does
+//!    not drop suddenly, and contacts of one body that reach z_max one after the other still hold
+//!    together with the static μ. A contact sticks again, with the static μ, in the first tick in
+//!    which ‖z‖ does not exceed z_max.
+//! 4. *Force* on a: −k_t z at x. While the contact sticks, this force is minus the gradient of ½
+//!    k_t z². The same force at another point could add energy. For example, the contact's point
+//!    moves while a block rocks.
 //!
-//! **Twist.** A flush contact has one contact for each corner of its patch. Each holds at its own
-//! place, so together they resist a twist about the normal. Their friction acts at points nearer to
-//! the patch's middle ([`FRICTION_SPREAD`](crate::algebra::tolerance::FRICTION_SPREAD)), so that a
-//! spinning block is braked as by an evenly loaded patch and not as by its rim. Sliding corners
-//! share one limit: friction force and friction torque are coupled as on the limit surface of the
-//! patch (Goyal, Ruina, Papadopoulos 1991).
+//! **Twist.** A flush patch has one contact at each of its corners. Friction acts at each corner,
+//! so the corners together resist a twist about the normal. The friction acts at points nearer to
+//! the patch's middle than the corners are
+//! ([`FRICTION_SPREAD`](crate::algebra::tolerance::FRICTION_SPREAD)). So friction brakes a spinning
+//! block like an evenly loaded patch, not like a loaded rim. Friction force and friction torque of
+//! sliding corners are coupled as on the limit surface of the patch (Goyal, Ruina, Papadopoulos
+//! 1991).
 //!
-//! Strain is a function of two stored points, not a sum of velocities. A sticking contact whose
-//! points return to their places has its old force again, after any number of ticks.
+//! Strain is a function of two stored points, not a sum of velocities. If the points of a sticking
+//! contact return to earlier positions, the earlier force returns too, after any number of ticks.
 //!
-//! **Clusters.** The normal force belongs to a cluster, whose members share it in proportion to
-//! their engagement and tilt share: s_i = α_i w_i / Σ α w. Each member's load and tangential
-//! stiffness are the cluster's times s_i, so its z_max is the cluster's own, μ F_n / k_t, and the
-//! friction of the members together is at most μ F_n of the cluster, in its tangent plane, for any
-//! number of members. Members that lie apart also resist spinning of the cluster about its normal.
+//! **Clusters.** The members of a cluster share its normal force in proportion to engagement times
+//! tilt share: s_i = α_i w_i / Σ α w. Each member has the load and the tangential stiffness of the
+//! cluster times s_i, so all members have the z_max of the cluster. For any number of members,
+//! their total friction is at most the cluster's μ F_n, in its tangent plane. Members at different
+//! points also resist spinning of the cluster about its normal.
 //!
-//! **Several clusters** share k_t in the same way. The cluster that is pressed hardest has all of
-//! k_t (F_most is its load before smooth clustering reduces it). Any other cluster has a part in
-//! proportion to its load: k_t F_n / F_most. All clusters have the same z_max, μ F_most / k_t. So a
-//! block slides as a whole when it is pulled with more than μ times its whole load, no matter how
-//! the load is spread. If each cluster had all of k_t, lightly loaded contacts would slip one by
-//! one at a smaller pull. A new cluster without load has no stiffness.
+//! **Several clusters.** The tangential stiffness of a cluster is in proportion to its load: k_t
+//! F_n / F_most. F_most is the largest load that a cluster would have alone, before load sharing.
+//! So all clusters have the same z_max = μ F_most / k_t. A block slides as a whole when the pull
+//! exceeds μ times its whole load, however the load is distributed. If each cluster had the full
+//! k_t, lightly loaded contacts would slip one by one at a smaller pull. A new cluster without load
+//! has no stiffness.
 //!
-//! **An implicit step** (behind a coupling) presses contacts that did not touch at its beginning: a
-//! tool that slides over the edge of a facet is off the surface for a tick, and pressed all the
-//! same. So there the load of a contact is at least its share of the load at the end of the last
-//! step; the step itself finds the load that the contact can hold. Contacts that share a load are
-//! together as stiff as one contact. A contact without load holds as soon as the step presses it:
-//! it keeps its strain, and is as stiff as the load that it comes to bear.
+//! **Implicit step.** Behind a coupling, the tool's implicit step finds the loads. A contact
+//! without load at the beginning of a step may have a load at its end. For example, a tool that
+//! slides over the edge of a facet lifts off and presses again in the same step. So the step gives
+//! each contact at least its share of the load at the end of the last step. The contacts that share
+//! a load are together as stiff as one contact. An unloaded contact keeps its strain, and its
+//! stiffness grows with the load that the step gives it.
 //!
-//! Deviations from HA00: there are static and dynamic coefficients, with slip weakening between
-//! them (HA00 has an elasto-plastic transition). If the contact moves farther than the reach from x
-//! (the probe rolls), both points move with it, and the strain is kept.
+//! Deviations from HA00: static and dynamic coefficients with slip weakening between them replace
+//! the elasto-plastic transition. If the contact point moves farther than the reach from x (the
+//! probe rolls), x and w move with it, and the strain stays unchanged.
 
 use glam::DVec3;
 
@@ -61,80 +63,80 @@ use crate::algebra::Pose;
 use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LOOKS};
 use crate::detect::Contact;
 
-/// How surfaces hold each other.
+/// Parameters of friction between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct FrictionSettings {
-    /// μ of a contact that sticks; at least the dynamic one.
+    /// μ of a contact that sticks; at least the dynamic coefficient.
     pub static_coefficient: f64,
     /// μ of a contact that slides.
     pub dynamic_coefficient: f64,
-    /// k_t, N/m: of a cluster that sticks and is pressed as hard as any.
+    /// k_t, N/m: stiffness of the most loaded cluster while it sticks.
     pub tangential_stiffness: f64,
 }
 
-/// Anchor of a contact.
+/// The two points between which a contact's friction acts, and its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adhesion {
     /// Piece of a.
     pub piece_a: u32,
     /// Piece of b.
     pub piece_b: u32,
-    /// x: the point of a that holds, in a's frame.
+    /// x: the point of a, in a's frame.
     pub holding_a: DVec3,
-    /// w: the point of b at which it holds, in b's frame.
+    /// w: the point of b, in b's frame.
     pub held_b: DVec3,
-    /// Midpoint of the contact when last seen, in b's frame.
+    /// Midpoint of the contact at the last tick, in b's frame.
     pub midpoint: DVec3,
-    /// Normal of its cluster when last seen, in b's frame.
+    /// Normal of its cluster at the last tick, in b's frame.
     pub normal: DVec3,
-    /// It was being dragged.
+    /// True if the contact slid in the last tick.
     pub sliding: bool,
-    /// m: how far, since it stuck last.
+    /// Distance slipped since the contact stuck last, m.
     pub slipped: f64,
 }
 
-/// One tick's clusters and what holds them together.
+/// Input of the friction of one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Grasp<'a> {
     /// All contacts, in b's frame.
     pub contacts: &'a [Contact],
     /// Indices into `contacts`, cluster after cluster.
     pub members: &'a [u32],
-    /// The clusters, naming ranges of `members`.
+    /// The clusters; each has a range of `members`.
     pub clusters: &'a [Cluster],
     /// Weights of the members in their clusters, m.
     pub weights: &'a [f64],
-    /// Anchors of the members, in b's frame.
+    /// Points at which the friction of the members acts, in b's frame.
     pub holds: &'a [DVec3],
-    /// N: the normal force that the friction of each cluster rests on.
+    /// Normal force of each cluster that limits its friction, N.
     pub loads: &'a [f64],
-    /// N: the largest normal force that a cluster would have alone, before others that push the
-    /// same way leave it a share.
+    /// F_most: the largest normal force that a cluster would have alone, before load sharing, N.
     pub most: f64,
-    /// m: how far a contact may be from its predecessor or from its own holding point.
+    /// Largest distance of a contact from the adhesion that it takes over, and from its own point
+    /// x, m.
     pub reach: f64,
     /// a placed in b's frame.
     pub pose_ba: Pose,
 }
 
-/// How one member of a cluster is held: a spring across its normal; in b's frame.
+/// Friction of one member of a cluster: a spring in the tangent plane, in b's frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Grip {
     /// x, where the force acts.
     pub point: DVec3,
-    /// z, m.
+    /// z, the strain, m.
     pub strain: DVec3,
-    /// N, on a: −stiffness · z.
+    /// Force on a, N: −stiffness · z.
     pub force: DVec3,
     /// Effective tangential stiffness at this contact, N/m.
     pub stiffness: f64,
-    /// 1/m: what each newton of the cluster's load adds to the stiffness; 0 if nothing is pressed.
+    /// Stiffness for each newton of the cluster's load, 1/m; 0 if no cluster has a load.
     pub stiffening: f64,
-    /// The most that it holds, for each newton of the cluster's normal force.
+    /// Largest friction force of this member for each newton of the cluster's normal force.
     pub coefficient: f64,
-    /// It is being dragged: the spring gets no longer.
+    /// True if the contact slides: its spring has the greatest length.
     pub sliding: bool,
 }
 
@@ -147,7 +149,7 @@ pub struct FrictionCounters {
     pub inherited: u32,
     /// Contacts that began without strain.
     pub fresh: u32,
-    /// New contacts whose predecessor was not searched, because the tick's budget was spent.
+    /// New contacts for which no adhesion was searched, because the budget of the tick was spent.
     pub unsought: u32,
 }
 
@@ -161,7 +163,7 @@ impl std::ops::AddAssign for FrictionCounters {
     }
 }
 
-/// Adhesions of the last tick, by pieces. An adhesion ends with its contact.
+/// Adhesions of the last tick, sorted by pieces. An adhesion is dropped when its contact ends.
 #[derive(Clone, Debug)]
 pub struct FrictionTracker {
     capacity: usize,
@@ -171,7 +173,7 @@ pub struct FrictionTracker {
 }
 
 impl FrictionTracker {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity,
@@ -181,7 +183,7 @@ impl FrictionTracker {
         }
     }
 
-    /// Forgets every adhesion: the next tick begins without strain.
+    /// Removes all adhesions: the next tick begins without strain.
     pub fn clear(&mut self) {
         self.previous.clear();
         self.grips.clear();
@@ -197,8 +199,8 @@ impl FrictionTracker {
         &self.grips
     }
 
-    /// One tick; the answer is in [`Self::grips`]. There are at most as many members as the
-    /// capacity.
+    /// Computes the friction of one tick; the result is in [`Self::grips`]. The number of members
+    /// is at most the capacity.
     pub fn update(&mut self, grasp: &Grasp<'_>, settings: &FrictionSettings) -> FrictionCounters {
         debug_assert!(grasp.members.len() <= self.capacity);
         let mut counters = FrictionCounters::default();
@@ -241,7 +243,7 @@ impl FrictionTracker {
         counters
     }
 
-    /// Step 1.
+    /// Step 1: the adhesion of the last tick, or a new one.
     fn find(
         &self,
         contact: &Contact,
@@ -293,7 +295,7 @@ impl FrictionTracker {
 }
 
 impl Grasp<'_> {
-    /// The share of the cluster's load that member `k` bears; 1 if it is the only one.
+    /// Returns the share of the cluster's load that member `k` bears; 1 if it is the only one.
     fn share_of(&self, k: usize, cluster: &Cluster) -> f64 {
         if cluster.member_count == 1 {
             return 1.0;
@@ -302,16 +304,17 @@ impl Grasp<'_> {
     }
 }
 
-/// Load that a cluster's friction rests on.
+/// Load and stiffness of a cluster.
 #[derive(Clone, Copy, Debug)]
 struct Load {
-    /// N: of the cluster that is pressed hardest.
+    /// F_most, N.
     most: f64,
-    /// N/m: of all members of this one together.
+    /// Tangential stiffness of all members of this cluster together, N/m.
     stiffness: f64,
 }
 
-/// Step 2: the strain of `adhesion` now, whose contact holds at `place`.
+/// Step 2: moves `adhesion` to this tick and returns its strain. Friction of the contact acts at
+/// `place` (in b's frame).
 fn carry(adhesion: &mut Adhesion, place: DVec3, normal: DVec3, grasp: &Grasp<'_>) -> DVec3 {
     let x = grasp.pose_ba.point(adhesion.holding_a);
     let strain = (x - adhesion.held_b).reject_from_normalized(normal);
@@ -323,7 +326,7 @@ fn carry(adhesion: &mut Adhesion, place: DVec3, normal: DVec3, grasp: &Grasp<'_>
     strain
 }
 
-/// Step 3: shortens `strain` to the limit of friction, and returns the μ of that limit.
+/// Step 3: shortens `strain` to z_max, and returns the μ of this limit.
 fn stick_or_slide(
     adhesion: &mut Adhesion,
     strain: &mut DVec3,
@@ -356,7 +359,7 @@ fn stick_or_slide(
     coefficient
 }
 
-/// Has `adhesion` hold at `x`, in b's frame, at the given strain.
+/// Sets the points of `adhesion`: x to `x` (in b's frame) and w to `x − strain`.
 fn hold(adhesion: &mut Adhesion, x: DVec3, strain: DVec3, grasp: &Grasp<'_>) {
     adhesion.held_b = x - strain;
     if x != grasp.pose_ba.point(adhesion.holding_a) {

@@ -1,51 +1,52 @@
-//! Smooth clustering: computes how much of its force a contact keeps if other contacts push in the
-//! same direction.
+//! Load sharing: computes the fraction of its force that a contact keeps if other contacts push in
+//! the same direction.
 //!
 //! Single linkage ([`super::Linkage`]) gives a cluster the force of its deepest member. When two
-//! clusters merge, one of their forces disappears from one tick to the next, and a hand feels that.
-//! Also, the number of clusters depends on the distances of the mesh's pieces, which are arbitrary.
-//! Here there are no clusters that can merge. Every contact pushes along its own direction, and the
-//! contacts that push the same way together have the force of the deepest of them,
+//! clusters merge, one of the two forces disappears within one tick, and a hand feels this jump.
+//! Also, the number of clusters depends on the distances between pieces, which are arbitrary. Load
+//! sharing needs no clusters. Each contact pushes along its own direction. Contacts that push in
+//! the same direction have together the force of the deepest contact:
 //!
-//! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ, where w are the engagements (t − d, or the
-//! contact offset of a tool less d; 0 if negative), κᵢⱼ = (nᵢ·nⱼ)²₊, and α the tilt shares
-//! ([`TiltShares`]), 1 for a contact that is no corner of a patch.
+//! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ
+//!
+//! Here κᵢⱼ = (max(nᵢ·nⱼ, 0))². w is the engagement: t − d, or the contact offset of a tool minus
+//! d; 0 if negative. α is the tilt share ([`TiltShares`]; 1 for a contact outside any patch).
 //!
 //! * κᵢᵢ = 1: a single contact keeps all of its force. Several contacts with one direction push
-//!   like one: their force, direction and point are exactly those that eq. 3–5 of \[K02\] give for
+//!   like one contact: their force, direction and point are exactly those of eq. 3–5 of \[K02\] for
 //!   a cluster.
-//! * κ is 0 for directions at a right angle or more: each wall of a groove or of a slot pushes as
-//!   if it were alone.
-//! * Every term is continuous in every position, direction and engagement, and a contact that
-//!   enters at w = 0 changes nothing.
-//! * If κ ≥ c for every two of some contacts, their total force is at most the deepest contact's
-//!   force divided by c. For each sum over j is at least c Σ αw, no maximum exceeds the deepest w,
-//!   and Σ αw max w/(c Σ αw) = max w / c.
-//! * So the stiffness of a surface does not depend on the number of its pieces and triangles, nor
-//!   on where they end. Two bodies that approach along n resist with stiffness k for each
-//!   independent direction. (Shallower contacts still shift the point of action, and so resist a
-//!   tilt.)
+//! * κ is 0 for directions that differ by 90° or more: each wall of a groove or slot pushes as if
+//!   it were alone.
+//! * Every term is continuous in every position, direction and engagement. A new contact with w = 0
+//!   changes nothing.
+//! * If κ ≥ c for each two contacts of a set, their total force is at most the deepest contact's
+//!   force divided by c. Proof: each sum over j is at least c Σ αw, no maximum exceeds the deepest
+//!   w, and Σ αw max w/(c Σ αw) = max w / c.
+//! * So the stiffness of a surface does not depend on the number or the borders of its pieces and
+//!   triangles. Two bodies resist with stiffness k in each independent direction. (Shallower
+//!   contacts shift the point of action, and so still resist a tilt.)
 //!
-//! **Why κ ignores the distance of contacts.** A cluster of single linkage ends at δ, and an
-//! earlier version had a kernel with such a limit. But contacts represent pieces of a convex
-//! decomposition: one for a whole flat side, dozens for the same side if it is rough. With a kernel
-//! of limited range, contacts farther apart than the range each add a stiffness. A ring of 50
-//! pieces on a table was 48 times as stiff as a disc, and 58 times with four times the triangles.
-//! No device is stable at 58 times its stiffness. `palpus-scenes/tests/area.rs` measures the force
-//! of the same motion with one, four and sixteen times the triangles.
+//! **Why κ ignores the distance of contacts.** Single linkage limits distances by δ, and an earlier
+//! κ had a limited range too. But contacts represent pieces of a convex decomposition: a flat side
+//! has one piece, and a rough side has dozens. With a limited range, each contact beyond the
+//! range of the others adds its full stiffness. A ring of 50 pieces on a table was 48 times as
+//! stiff as a disc. With four times the triangles it was 58 times as stiff, and no device is stable
+//! at such a stiffness. `palpus-scenes/tests/area.rs` measures the force of one motion on meshes
+//! with one, four and sixteen times the triangles.
 //!
-//! **Not a gradient.** Suppose that a potential never pulls, that a contact at w = 0 adds nothing
-//! to it, and that two equal contacts count as one. Then E(w, 0) = E(w, w), so a second contact can
-//! never add energy, and the potential is ½ k (max w)². Its force acts at the deepest contact and
-//! jumps when another becomes the deepest. The forces used here are continuous instead, but they
-//! can do work around a closed loop.
+//! **The force has no potential.** Suppose that a potential E exists for two contacts of one
+//! direction with engagements w ≥ v. Pushing contacts make E grow with v. A contact with v = 0 adds
+//! nothing: E(w, 0) = E(w). Two equal contacts count as one: E(w, w) = E(w). So E(w, v) = E(w) for
+//! all v, and E is ½ k w². The force of this potential acts at the deepest contact, and it jumps
+//! when another contact becomes the deepest. The forces of load sharing are continuous instead, but
+//! they can do work around a closed loop.
 //!
-//! 1. *Tilt*: compute the tilt share of each contact.
-//! 2. *Share*: compare every contact with every other. Where no contact of its direction pushes
-//!    yet, the shares are computed as if the nearest contact did.
+//! 1. Compute the tilt share of each contact.
+//! 2. Compare every contact with every other contact. If no contact of its direction pushes yet,
+//!    compute its share as if the nearest contact of this direction pushed.
 //!
-//! The contacts come in canonical order, so that sums do not depend on how the query found them.
-//! All memory is obtained by [`LoadSharing::new`].
+//! The contacts come in canonical order, so sums do not depend on the order of the query's results.
+//! [`LoadSharing::new`] allocates all memory.
 
 use glam::DVec3;
 
@@ -56,7 +57,7 @@ use crate::algebra::tolerance::{SAMPLE_EXCESS, SAMPLE_FULL_EXCESS};
 #[derive(Clone, Debug)]
 pub struct LoadSharing {
     tilts: TiltShares,
-    /// The properties of the contacts for the shares of others; contacts that push come first.
+    /// The properties of contacts that enter the shares of others; pushing contacts come first.
     seen: Vec<Seen>,
     /// Number of contacts that push.
     pushing: usize,
@@ -77,7 +78,7 @@ struct Seen {
 }
 
 impl LoadSharing {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             tilts: TiltShares::new(capacity),
@@ -88,10 +89,10 @@ impl LoadSharing {
         }
     }
 
-    /// Computes the share of its force that each contact keeps. It is 0 for contacts that are
-    /// surrounded by other contacts of their surface. A contact that does not push yet gets the
-    /// share that it will have when it pushes, together with all contacts that are at most `ahead`
-    /// (m) farther than the nearest.
+    /// Computes the share of its force that each contact keeps. The share is 0 for contacts that
+    /// are surrounded by other contacts of their surface. If no contact of a direction pushes yet,
+    /// a contact gets the share that it would have if all contacts up to `ahead` (m) beyond the
+    /// nearest pushed.
     ///
     /// The shares are in [`Self::shares`] until the next run.
     pub fn run(&mut self, contacts: &[Tilted], ahead: f64) -> &[f64] {
@@ -107,9 +108,9 @@ impl LoadSharing {
         &self.shares
     }
 
-    /// The load of each contact of the last run, in the unit of `bears`. `bears` returns the load
-    /// that a contact of this engagement and separation (m) would have alone. Contacts that push
-    /// the same way together have the largest of these loads.
+    /// Returns the load of each contact of the last run, in the unit of `bears`. `bears` returns
+    /// the load of a single contact from its engagement and separation (m). Contacts that push in
+    /// the same direction have together the largest of their single loads.
     pub fn loads<'a>(
         &'a self,
         contacts: &'a [Tilted],
@@ -130,7 +131,7 @@ impl LoadSharing {
         &self.shares
     }
 
-    /// Collects the properties of all contacts, pushing ones first.
+    /// Collects the properties of all contacts; pushing contacts come first.
     fn look(&mut self, contacts: &[Tilted]) {
         let seen = contacts.iter().zip(&self.counts).map(|(contact, &count)| {
             let Tilted { direction, separation, engagement, .. } = *contact;
@@ -142,11 +143,12 @@ impl LoadSharing {
         self.seen.extend(seen.filter(|one| one.engagement <= 0.0));
     }
 
-    /// Step 2: the greatest κ w of all contacts over the sum of κ α w, for the direction of `one`.
+    /// Step 2: returns the greatest κ w of all contacts divided by the sum of κ α w, for the
+    /// direction of `one`.
     fn share(&self, one: &Tilted, ahead: f64) -> f64 {
         let (most, sum) = felt(one, &self.seen[..self.pushing], |other| other.engagement);
         if most > 0.0 {
-            // A contact has at most the total load; a contact without load keeps its own.
+            // The sum is 0 only if no contact counts; then the contact keeps its own load.
             return if sum > 0.0 { most / sum } else { 1.0 };
         }
         let alike = self.seen.iter().filter(|other| one.direction.dot(other.direction) > 0.0);
@@ -156,9 +158,10 @@ impl LoadSharing {
     }
 }
 
-/// The greatest κ m w and the sum of κ α w of `others`.
+/// Returns the greatest κ m w and the sum of κ α w of `others`, where m is [`presence`] and w is
+/// `engagement`.
 fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f64, f64) {
-    // Four at a time, for SIMD; the order of the sum is always the same.
+    // The sum runs over groups of four, for SIMD. Its order is always the same.
     let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
     for four in others.chunks(4) {
         for (k, other) in four.iter().enumerate() {
@@ -171,9 +174,9 @@ fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f6
     (most.into_iter().fold(0.0, f64::max), sums[0] + sums[1] + sums[2] + sums[3])
 }
 
-/// Returns the factor of a contact's engagement where the largest engagement is chosen. A contact
-/// that comes or goes beside a sample presses a little harder than the sample, and begins with the
-/// engagement of the sample.
+/// Returns the factor of a contact's engagement in the choice of the largest engagement. A
+/// contact that appears beside a sample presses a little harder than the sample. With this factor
+/// it begins at the engagement of the sample.
 fn presence(count: f64) -> f64 {
     if count >= 1.0 {
         return 1.0;
@@ -182,7 +185,7 @@ fn presence(count: f64) -> f64 {
     known + (1.0 - known) * count
 }
 
-/// κ of contacts that push along these directions, from 0 to 1.
+/// Returns κ of two directions, from 0 to 1.
 fn kernel(one: DVec3, other: DVec3) -> f64 {
     let alike = one.dot(other).max(0.0);
     alike * alike
@@ -195,7 +198,7 @@ mod tests {
 
     const SEED: u64 = 0xC20D;
 
-    /// A contact that is no corner of a patch.
+    /// Returns a contact outside any patch.
     fn single(direction: DVec3, engagement: f64) -> Tilted {
         Tilted {
             place: DVec3::ZERO,
@@ -220,14 +223,14 @@ mod tests {
         contacts
     }
 
-    /// Σ wᵢ sᵢ nᵢ: the force for k = 1 N/m.
+    /// Returns Σ wᵢ sᵢ nᵢ, the force for k = 1 N/m.
     fn push(contacts: &[Tilted]) -> DVec3 {
         let mut sharing = LoadSharing::new(contacts.len());
         contacts.iter().zip(sharing.run(contacts, 0.0)).map(|(c, share)| c.engagement * share * c.direction).sum()
     }
 
     #[test]
-    fn shares_are_the_greatest_of_the_crowd_over_its_sum() {
+    fn shares_are_maximum_over_sum() {
         let mut random = Random::new(SEED);
         for round in 0..200 {
             let n = 1 + random.below(60);
@@ -245,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_of_one_direction_push_as_the_deepest_wherever_they_are() {
+    fn parallel_contacts_push_like_the_deepest() {
         let mut random = Random::new(SEED ^ 4);
         for count in [1, 2, 7, 100, 600] {
             let contacts = toward_z(&mut random, count, 0.0);
@@ -255,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_that_enters_changes_nothing_and_then_little() {
+    fn new_contact_changes_the_force_continuously() {
         let mut random = Random::new(SEED ^ 1);
         for round in 0..200 {
             let mut contacts = some_contacts(&mut random, 20);
@@ -271,9 +274,9 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_a_little_changes_the_force_a_little() {
-        // All engagements and directions move, also where the deepest contact changes and where
-        // directions pass a right angle.
+    fn small_motion_changes_the_force_little() {
+        // All engagements and directions change. In some rounds the deepest contact changes, or the
+        // angle between two directions passes 90°.
         let mut random = Random::new(SEED ^ 5);
         for round in 0..200 {
             let contacts = some_contacts(&mut random, 12);
@@ -293,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn alike_contacts_push_no_more_than_the_deepest() {
+    fn similar_contacts_push_little_more_than_the_deepest() {
         let mut random = Random::new(SEED ^ 2);
         for round in 0..500 {
             let contacts = toward_z(&mut random, 30, 0.3);
@@ -310,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn opposed_and_square_walls_do_not_know_of_each_other() {
+    fn opposed_and_perpendicular_walls_are_independent() {
         for other in [DVec3::NEG_Y, DVec3::X] {
             let wall = |direction| single(direction, 1e-3);
             assert_eq!(LoadSharing::new(2).run(&[wall(DVec3::Y), wall(other)], 0.0), [1.0, 1.0]);
@@ -318,8 +321,8 @@ mod tests {
     }
 
     #[test]
-    fn a_finer_mesh_is_not_a_stiffer_one() {
-        // A dome of 20° pressed by its middle: from one contact to four hundred.
+    fn finer_mesh_is_not_stiffer() {
+        // A dome of 20° is pressed at its middle, with one to 441 contacts.
         let dome = |rings: i32| -> f64 {
             let contacts: Vec<Tilted> = (0..rings * rings)
                 .map(|k| {

@@ -3,10 +3,10 @@
 //! 1. The normal force of a cluster: its engagement times the stiffness, plus damping.
 //! 2. The sum of the clusters' wrenches on each body, about that body's centre of mass.
 //!
-//! Deviations. The paper's eq. 6 has no stiffness, so that its force is in metres; here the
-//! stiffness k (N/m) is explicit. Damping is ours: it opposes the speed of approach at the
-//! midpoint, and is never larger than the elastic force. The total is therefore between 0 and 2 k
-//! w: a contact never pulls, and its force does not jump when it begins or ends (w = 0).
+//! Deviations. The paper's eq. 6 has no stiffness, so its force is in metres; here the stiffness k
+//! (N/m) is explicit. The paper has no damping. Here damping opposes the speed of approach at the
+//! midpoint, and never exceeds the elastic force. So the total force is between 0 and 2 k w: a
+//! contact never pulls, and its force does not jump when the contact begins or ends (w = 0).
 
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ use crate::algebra::Wrench;
 /// Parameters of a cluster's normal force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltySettings {
-    /// k, N/m.
+    /// k, stiffness of a cluster, N/m.
     pub stiffness: f64,
     /// Damping of the normal motion, N·s/m; 0 for none.
     pub damping: f64,
@@ -25,24 +25,24 @@ pub struct PenaltySettings {
 /// Centres of mass of the two bodies, in b's frame: the points about which torques are taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Centers {
-    /// o₁ of \[K02\], of the probe.
+    /// o₁ of \[K02\], for the probe.
     pub a: DVec3,
-    /// o₂ of \[K02\], of the environment.
+    /// o₂ of \[K02\], for the environment.
     pub b: DVec3,
 }
 
 /// The wrenches on both bodies, in b's frame, each about its body's centre of mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NetWrench {
-    /// On the probe, about its centre of mass.
+    /// Wrench on the probe, about its centre of mass.
     pub on_a: Wrench,
-    /// On the environment, about its centre of mass.
+    /// Wrench on the environment, about its centre of mass.
     pub on_b: Wrench,
 }
 
-/// The magnitude of the cluster's normal force, N, never negative. `separating_speed` (m/s) is the
-/// speed of a away from b, at the midpoint and along the normal. The cluster gets this `share` of
-/// stiffness and damping: 1 if no other cluster pushes the same way.
+/// Returns the magnitude of the cluster's normal force, N, never negative. `separating_speed` (m/s)
+/// is the speed of a away from b, at the midpoint and along the normal. `share` is the cluster's
+/// fraction of stiffness and damping: 1 if no other cluster pushes in a similar direction.
 pub fn normal_force(cluster: &Cluster, share: f64, separating_speed: f64, settings: &PenaltySettings) -> f64 {
     let elastic = settings.stiffness * (share * cluster.engagement);
     elastic + (-settings.damping * share * separating_speed).clamp(-elastic, elastic)
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bodies_push_each_other_alike() {
+    fn forces_on_both_bodies_are_opposite() {
         let mut random = Random::new(SEED);
         let centers = Centers { a: random.point(0.1), b: random.point(0.1) };
         let mut net = NetWrench::default();
@@ -83,13 +83,13 @@ mod tests {
             net.add(random.point(5.0), random.point(0.1), &centers);
         }
         assert_eq!(net.on_a.force, -net.on_b.force);
-        // About the same point, the torques are opposite too.
+        // If both torques are taken about the same point, they are opposite too.
         let on_b = net.on_b.about(centers.a - centers.b);
         assert!((net.on_a.torque + on_b.torque).length() < 1e-12, "seed {SEED:#x}");
     }
 
     #[test]
-    fn damping_never_pulls_and_never_begins_with_a_jump() {
+    fn damping_never_pulls_and_starts_continuously() {
         let cluster = alone(contact((0, 0), DVec3::ZERO, DVec3::Z, 5e-4));
         let elastic = 0.4;
         for (speed, force) in [(0.0, elastic), (-0.1, 0.6), (0.1, 0.2), (-9.0, 0.8), (9.0, 0.0)] {
@@ -99,7 +99,7 @@ mod tests {
         assert!(normal_force(&entering, 1.0, -9.0, &SETTINGS) < 1e-11);
     }
 
-    /// A vertex of a, at `vertex` in a's frame, over b's plane z = 0.
+    /// Returns the contact of a vertex of a, at `vertex` in a's frame, with b's plane z = 0.
     fn vertex_on_plane(pose_ba: &Pose, vertex: DVec3) -> Contact {
         let point = pose_ba.point(vertex);
         contact((0, 0), point - DVec3::Z * (0.5 * point.z), DVec3::Z, point.z)

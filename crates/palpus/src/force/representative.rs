@@ -1,9 +1,9 @@
 //! One contact for each cluster \[K02 §4.2, eq. 3–5\].
 //!
-//! The weights are t − d, where t is the tolerance of the query, so that deeper contacts count
-//! more. The weights of a patch's corners are multiplied by their tilt shares, so that all corners
-//! together count as one contact. If the normals cancel, eq. 3 has no solution; the deepest
-//! member's direction is used then, and a flag reports it. Clusters cut by normals
+//! The weight of a contact is t − d, where t is the tolerance of the query. So deeper contacts
+//! count more. The weights of a patch's corners are multiplied by their tilt shares, so all corners
+//! together count as one contact. If the normals cancel, eq. 3 has no solution. Then the
+//! direction of the deepest member is used, and a flag reports it. Clusters cut by normals
 //! ([`super::LinkageSettings::split_angle`]) cannot cancel.
 
 use glam::DVec3;
@@ -21,8 +21,8 @@ pub struct Cluster {
     pub normal: DVec3,
     /// d (eq. 5): the separation of the deepest member, m.
     pub separation: f64,
-    /// t − d, m, where t is the separation below which contacts push: the tolerance, or the contact
-    /// offset of a coupling. 0 if negative.
+    /// t − d, m; 0 if negative. Contacts push below the separation t: the tolerance, or the contact
+    /// offset of a coupling.
     pub engagement: f64,
     /// Sum of the members' weights, m.
     pub weight: f64,
@@ -32,35 +32,35 @@ pub struct Cluster {
     pub first_member: u32,
     /// Number of members.
     pub member_count: u32,
-    /// Eq. 3 had no solution: `normal` is the deepest member's.
+    /// True if eq. 3 had no solution; then `normal` is the deepest member's normal.
     pub cancelled: bool,
 }
 
 impl Cluster {
-    /// The places of its members in the list of all members.
+    /// Returns the range of the cluster's members in the list of all members.
     pub fn members(&self) -> std::ops::Range<usize> {
         self.first_member as usize..(self.first_member + self.member_count) as usize
     }
 }
 
-/// A fault of a representative.
+/// A broken rule of a representative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 enum ClusterFault {
     /// The normal is not unit.
     #[error("the normal is not unit")]
     Normal,
     /// A member is deeper than the cluster, or the deepest member's separation differs from the
-    /// cluster's.
-    #[error("the separation is not that of the deepest member")]
+    /// cluster's separation.
+    #[error("the separation differs from the deepest member's")]
     Separation,
     /// The midpoint is outside the bounding box of the members' midpoints.
-    #[error("the midpoint is not between those of the members")]
+    #[error("the midpoint is outside the box of the members' midpoints")]
     Midpoint,
 }
 
 impl Cluster {
-    /// Returns what is wrong with it as the representative of these members: eq. 3 gives a unit
-    /// normal, eq. 4 a point between theirs, eq. 5 the deepest of their separations.
+    /// Returns the first broken rule. The normal is unit (eq. 3), the midpoint is in the box of the
+    /// members' midpoints (eq. 4), and the separation is that of the deepest member (eq. 5).
     fn validate(&self, contacts: &[Contact], members: &[u32]) -> Result<(), ClusterFault> {
         let of_members = || members.iter().map(|&i| &contacts[i as usize]);
         let (low, high) = of_members().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), contact| {
@@ -81,8 +81,8 @@ impl Cluster {
     }
 }
 
-/// The representative of the contacts with the indices `members` (at least one). Parallel to
-/// `members` are the force `directions` and the positive `weights` (m). Contacts push below a
+/// Returns the representative of the contacts with the indices `members` (at least one). The force
+/// `directions` and the positive `weights` (m) are parallel to `members`. Contacts push below a
 /// separation of `offset` (m).
 ///
 /// The sums run in the order of `members`. `first_member` is stored unchanged.
@@ -96,7 +96,7 @@ pub fn represent(
 ) -> Cluster {
     debug_assert!(!members.is_empty() && members.len() == directions.len());
     let separation = |k: usize| contacts[members[k] as usize].separation;
-    // Midpoints are summed relative to one of them, so that a small cluster far from the origin
+    // Midpoints are summed relative to the first midpoint, so a small cluster far from the origin
     // keeps its precision.
     let origin = contacts[members[0] as usize].midpoint();
     let mut weight = 0.0;
@@ -128,8 +128,8 @@ pub fn represent(
         member_count: members.len() as u32,
         cancelled,
     };
-    // Outside this range, at absurd tolerances, products with the weights overflow or lose
-    // precision, and nothing is checked.
+    // With absurd tolerances, products with the weights overflow or lose precision. So nothing is
+    // checked outside this range.
     let [least, most] = SANE_WEIGHTS;
     let is_sane = (least..most).contains(&weight);
     debug_assert!(
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn one_contact_stands_for_itself() {
+    fn single_contact_represents_itself() {
         let n = DVec3::new(1.0, 2.0, -2.0) / 3.0;
         let only = contact((4, 5), DVec3::new(0.1, -0.2, 0.3), n, -2e-4);
         let cluster = of(&[only]);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_change_nothing_and_the_deepest_gives_the_depth() {
+    fn copies_change_nothing_and_deepest_sets_the_depth() {
         let mut random = Random::new(SEED);
         let contacts: Vec<_> = (0..9)
             .map(|k| {
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn weights_are_engagements() {
-        // Engagements 3 : 1.
+        // The engagements have the ratio 3 : 1.
         let contacts =
             [contact((0, 0), DVec3::ZERO, DVec3::X, T - 3e-4), contact((1, 0), DVec3::X * 4e-3, DVec3::Y, T - 1e-4)];
         let cluster = of(&contacts);
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_that_cancel_leave_the_deepest() {
+    fn cancelled_normals_use_the_deepest_contact() {
         let contacts =
             [contact((0, 0), DVec3::ZERO, DVec3::X, -1e-4), contact((1, 0), DVec3::Y * 1e-3, -DVec3::X, -1e-4)];
         let cluster = of(&contacts);

@@ -2,36 +2,36 @@
 //! along smoothed normals.
 //!
 //! A mesh approximates a smooth surface, but its normal jumps at every edge, and a hand feels the
-//! edges. As in Gouraud shading, the direction of a contact's force is taken from interpolated
-//! normals. They are interpolated between the corners of the triangles at the contact's two points.
-//! The contact keeps its depth, and so the force keeps its size.
+//! edges. As in Gouraud shading, the direction of a contact's force follows normals that are
+//! interpolated between the corners of triangles, here the triangles at the contact's two points.
+//! The contact keeps its depth, so the force keeps its magnitude.
 //!
-//! 1. On each body, find the smooth outward normal at the witness point, and how fast it turns
-//!    there (`curvature`). A body whose feature is a crease has no smooth normal: it uses the other
-//!    body's, limited to the directions between its own faces ([`super::SmoothBody::confine`]).
-//! 2. *Combine* b's normal with the opposite of a's. For spheres of radius r, the vector between
-//!    the centres is r_b n_b − r_a n_a. So the weight of each side is its radius, 1 / curvature. A
-//!    flat side decides alone, and two equally curved sides have equal weights. On all features,
-//!    the result changes continuously with the witness points as long as each surface is smooth
-//!    there.
-//! 3. *Weight* a side by how well it agrees with the true normal: fully within half of `most_turn`,
-//!    less and less beyond, and with 0 from `most_turn` on. The rest of the weight goes to the true
-//!    normal. (A deep contact may lie on a rim of a piece, where the surface has a very different
-//!    direction.) So the result is within `most_turn` of the true normal.
+//! 1. On each body, find the smooth outward normal and the curvature at the witness point. A body
+//!    whose feature is a crease has no smooth normal. It uses the other body's normal, limited to
+//!    the directions between its own faces ([`super::SmoothBody::confine`]).
+//! 2. *Combine* b's normal with the reversed normal of a. For spheres with the radii r_a and r_b,
+//!    the vector between the centres is along r_b n_b − r_a n_a. So the weight of each side is its
+//!    radius, 1 / curvature. A flat side determines the direction alone, and two equally curved
+//!    sides have equal weights. The result changes continuously with the witness points wherever
+//!    both surfaces are smooth.
+//! 3. *Reduce* the weight of a side by its angle from the true normal: the factor is 1 within
+//!    half of `most_turn`, and falls to 0 at `most_turn`. The rest of the weight goes to the true
+//!    normal. So the result is within `most_turn` of the true normal. (A deep contact may lie on a
+//!    rim of a piece, where the surface has a very different direction.)
 //!
-//! Deviation: the paper says "Gouraud" and no more; \[MS96\] treats a point against one surface.
-//! The rule for two surfaces is ours.
+//! Deviation: the paper only names Gouraud shading, and \[MS96\] treats a point against one
+//! surface. The rule for two surfaces is ours.
 
 use glam::DVec3;
 
-/// Which normals may replace the true one.
+/// Settings of force shading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ShadingSettings {
-    /// rad: edges where the mesh bends by more stay sharp.
+    /// Edges where the mesh bends by more than this angle stay sharp, rad.
     pub crease_angle: f64,
-    /// rad: the farthest that shading may turn a force.
+    /// Largest rotation of a force by shading, rad.
     pub most_turn: f64,
 }
 
@@ -40,12 +40,12 @@ pub struct ShadingSettings {
 pub struct SmoothNormal {
     /// Unit, outward, in b's frame.
     pub normal: DVec3,
-    /// How fast the normal turns along the surface, rad/m; 0 where it is flat.
+    /// Rotation of the normal per length along the surface, rad/m; 0 where the surface is flat.
     pub curvature: f64,
 }
 
-/// The direction of the force on a (unit), which replaces the contact normal `normal` (unit, from b
-/// into a).
+/// Returns the unit direction of the force on a, which replaces the contact normal `normal` (unit,
+/// from b into a).
 pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothNormal>, most_turn: f64) -> DVec3 {
     let (share_a, share_b) = match (&side_a, &side_b) {
         (None, None) => return normal,
@@ -66,7 +66,8 @@ pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothN
     direction.normalize_or(normal)
 }
 
-/// Weight of `smooth`: 1 within half of `most_turn` of `normal`, falling to 0 at `most_turn`.
+/// Returns the factor of step 3 for the direction `smooth`: 1 within half of `most_turn` of
+/// `normal`, falling to 0 at `most_turn`.
 fn belief(smooth: DVec3, normal: DVec3, most_turn: f64) -> f64 {
     let (none, all) = (most_turn.cos(), (0.5 * most_turn).cos());
     let cosine = smooth.dot(normal);
@@ -92,7 +93,7 @@ mod tests {
 
     #[test]
     fn two_spheres_push_along_the_line_of_their_centres() {
-        // For any point between them at which the faceted surfaces may meet.
+        // The faceted surfaces may meet at any point between the spheres.
         let mut random = Random::new(SEED);
         for round in 0..200 {
             let (r_a, r_b) = (random.between(0.01, 0.1), random.between(0.01, 0.1));
@@ -107,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_side_decides_and_a_crease_says_nothing() {
+    fn flat_side_decides_and_crease_is_ignored() {
         let n = DVec3::Z;
         let tilted = DVec3::new(0.1, 0.0, 1.0).normalize();
         assert!((shade(n, side(-tilted, 20.0), side(n, 0.0), 0.5) - n).length() < 1e-15);
@@ -118,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn the_turn_is_bounded_and_fades_without_a_jump() {
+    fn turn_is_bounded_and_continuous() {
         let most = 0.4;
         let mut random = Random::new(SEED ^ 1);
         for round in 0..500 {

@@ -1,10 +1,10 @@
 //! The smooth surface of a body under each feature of each of its convex pieces.
 //!
-//! Computed once per body: the triangles of the mesh that really lie in each face of each piece,
-//! and the normal at each vertex. (A face may also list triangles that only touch it, and a virtual
-//! face may list triangles that lie in it only in part. A contact is on neither kind. Such
-//! triangles must be left out, since a contact point may be as near to one of them as to the right
-//! triangle.)
+//! For each body, the triangles of the mesh that lie in each face of each piece, and the normal at
+//! each vertex, are computed once. A face may also list triangles that only touch the face, and a
+//! virtual face may list triangles that lie only partly in the face. A contact is never on such a
+//! triangle. These triangles are left out, because a contact point may be equally near to them and
+//! to the right triangle.
 
 use glam::DVec3;
 
@@ -24,7 +24,7 @@ pub struct SmoothBody {
     vertices: Vec<Option<SmoothNormal>>,
 }
 
-/// Index of a piece's first face and first vertex among those of all pieces.
+/// Index of a piece's first face and first vertex in the lists of all pieces.
 #[derive(Clone, Copy, Debug)]
 struct First {
     face: u32,
@@ -49,8 +49,9 @@ impl SmoothBody {
         answer
     }
 
-    /// The surface at `point` (in the body's frame), for a contact on `feature` of piece `piece`.
-    /// `None` on a crease, and if the feature lies on no triangle of the mesh or on too many.
+    /// Returns the smooth surface at `point` (in the body's frame), for a contact on `feature` of
+    /// piece `piece`. `None` on a crease, and if the feature lies on no triangle of the mesh or on
+    /// too many triangles.
     pub fn at(&self, body: &Body, piece: u32, feature: Feature, point: DVec3) -> Option<SmoothNormal> {
         let first = self.pieces[piece as usize];
         let on = |face: u32| self.on_face(first, face).iter().copied();
@@ -64,13 +65,14 @@ impl SmoothBody {
         }
     }
 
-    /// The unit `direction`, limited to the directions that a crease allows, for a contact with the
-    /// true outward `normal` on the crease; in the body's frame. For features where [`Self::at`]
-    /// returns `None`.
+    /// Limits the unit `direction` to the directions that a crease allows. The contact on the
+    /// crease has the true outward `normal`; all vectors are in the body's frame. For
+    /// features where [`Self::at`] returns `None`.
     ///
-    /// A crease takes the directions between those of its faces. When the true normal leaves this
-    /// range, the contact moves to a face, which has only one direction. So the turn is at most the
-    /// angle from the true normal to the nearest bound of the range.
+    /// A crease allows the directions between the normals of its faces. When the true normal leaves
+    /// this range, the contact moves to a face, which has only one direction. So for continuity,
+    /// the direction is turned by at most the angle between the true normal and the nearest
+    /// bound of the range.
     pub fn confine(body: &Body, piece: u32, feature: Feature, normal: DVec3, direction: DVec3) -> DVec3 {
         let polytope = &body.polytopes()[piece as usize];
         match feature {
@@ -116,7 +118,7 @@ impl SmoothBody {
     }
 }
 
-/// `normal` (unit), turned towards `goal` by at most `most` (rad).
+/// Returns `normal` (unit), turned towards `goal` by at most `most` (rad).
 fn turned(normal: DVec3, goal: DVec3, most: f64) -> DVec3 {
     let across = goal.reject_from_normalized(normal);
     let angle = across.length().atan2(goal.dot(normal)).min(most);
@@ -128,7 +130,7 @@ mod tests {
     use super::*;
     use crate::body::{BodySettings, Mesh, PolygonSoup};
 
-    /// A closed prism of `sides` sides around the z axis.
+    /// Returns a closed prism of `sides` sides around the z axis.
     fn drum(sides: u32) -> Body {
         let mut soup = PolygonSoup::new();
         for k in 0..sides {
@@ -145,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drum_is_round_on_its_side_flat_on_its_lids_and_sharp_between() {
+    fn drum_has_a_smooth_side_and_sharp_rims() {
         let body = drum(20);
         let smooth = SmoothBody::new(&body, 0.6);
         for (piece, polytope) in body.polytopes().iter().enumerate() {

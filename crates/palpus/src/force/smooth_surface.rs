@@ -1,17 +1,16 @@
-//! The smooth surface that a mesh approximates: its normal, and how fast the normal turns, at any
-//! point of the mesh.
+//! The smooth surface that a mesh approximates: its normal and curvature at any point of the mesh.
 //!
 //! Once per mesh:
-//! 1. every triangle's curvature: the largest turn of the corner normals per length along one of
-//!    its sides;
-//! 2. every corner's: the mean over the corners of its vertex that share its normal, so that it is
-//!    the same on both sides of a smooth edge;
-//! 3. the creases: sides of triangles across which corner normals differ, or where the mesh ends,
-//!    and their vertices.
+//! 1. Compute the curvature of each triangle: the largest rotation of the corner normals per
+//!    length, over its sides.
+//! 2. Compute the curvature of each corner: the mean over all corners of its vertex with equal
+//!    normals. So the curvature is equal on both sides of a smooth edge.
+//! 3. Find the creases: sides of triangles across which corner normals differ, or at which the mesh
+//!    ends, and the vertices of these sides.
 //!
 //! Per point:
-//! 4. find the nearest triangle to the point, among those on which the feature lies;
-//! 5. return `None` if the vertex or edge is a crease; else interpolate normal and curvature
+//! 4. Find the triangle nearest to the point, among the triangles on which the feature lies.
+//! 5. Return `None` if the vertex or edge is a crease. Otherwise interpolate normal and curvature
 //!    between the triangle's corners.
 
 use glam::DVec3;
@@ -25,14 +24,15 @@ use crate::body::{Feature, HalfEdges, Mesh};
 #[derive(Clone, Debug)]
 pub(super) struct SmoothSurface {
     corners: Vec<[SmoothNormal; 3]>,
-    /// Per triangle: bit k for a crease along side k, bit 3 + k for a vertex k on a crease.
+    /// For each triangle: bit k is set if side k is a crease, and bit 3 + k if vertex k is on a
+    /// crease.
     creases: Vec<u8>,
 }
 
 impl SmoothSurface {
     /// Returns the smooth surface of `mesh`. Triangle `t` has the unit normal `normal(t, k)` at its
-    /// corner `k`. Corners of one vertex have the same normal wherever the surface is smooth
-    /// between them.
+    /// corner `k`. Two corners at one vertex have equal normals if the surface is smooth between
+    /// them.
     pub(super) fn new(mesh: &Mesh, half_edges: &HalfEdges, normal: impl Fn(u32, usize) -> DVec3) -> Self {
         let triangles = mesh.triangles().len() as u32;
         let normals: Vec<[DVec3; 3]> = (0..triangles).map(|t| [0, 1, 2].map(|k| normal(t, k))).collect();
@@ -43,8 +43,8 @@ impl SmoothSurface {
         surface
     }
 
-    /// Steps 4 and 5: the surface at `point` of a feature that lies on the triangles `covered`;
-    /// `None` on a crease, and where there are no triangles or too many.
+    /// Steps 4 and 5: returns the surface at `point` of a feature that lies on the triangles
+    /// `covered`. `None` on a crease, and if there are no triangles or too many.
     pub(super) fn at(
         &self,
         mesh: &Mesh,
@@ -71,8 +71,8 @@ impl SmoothSurface {
         let creases = self.creases[t as usize];
         let creased = match feature {
             Feature::Face(_) => false,
-            // The side opposite the corner with the smallest weight: side k runs from corner k to
-            // corner k + 1.
+            // Tests the side opposite the corner with the smallest weight. Side k runs from corner
+            // k to corner k + 1.
             Feature::Edge(_) => creases & (1 << ((extreme(shares.map(|s| -s)) + 1) % 3)) != 0,
             Feature::Vertex(_) => creases & (8 << extreme(shares)) != 0,
         };
@@ -86,7 +86,7 @@ impl SmoothSurface {
         SmoothNormal { normal: normal.normalize_or(corners[extreme(shares)].normal), curvature }
     }
 
-    /// Steps 1 and 2.
+    /// Runs steps 1 and 2.
     fn fill_corners(&mut self, mesh: &Mesh, normals: &[[DVec3; 3]], at_vertex: &[Vec<(u32, usize)>]) {
         let curvatures: Vec<f64> = normals
             .iter()
@@ -108,7 +108,7 @@ impl SmoothSurface {
         }
     }
 
-    /// Step 3.
+    /// Runs step 3.
     fn mark_creases(&mut self, normals: &[[DVec3; 3]], half_edges: &HalfEdges, at_vertex: &[Vec<(u32, usize)>]) {
         for (t, n) in normals.iter().enumerate() {
             for k in 0..3 {
@@ -120,7 +120,7 @@ impl SmoothSurface {
             }
         }
         for corners in at_vertex {
-            // A vertex is on a crease if one of the two sides at it, in any of its triangles, is a
+            // A vertex is on a crease if a side at the vertex, in any of its triangles, is a
             // crease.
             let creased = corners.iter().any(|&(t, k)| self.creases[t as usize] & (1 << k | 1 << ((k + 2) % 3)) != 0);
             for &(t, k) in corners {
@@ -144,19 +144,20 @@ fn corners_of_vertices(mesh: &Mesh) -> Vec<Vec<(u32, usize)>> {
     answer
 }
 
-/// Index of the largest value; the first one if several are equal.
+/// Returns the index of the largest value; the first index if several values are equal.
 fn extreme(values: [f64; 3]) -> usize {
     let best = usize::from(values[1] > values[0]);
     if values[2] > values[best] { 2 } else { best }
 }
 
-/// The shares of the corners in a point of their triangle: each not negative, together 1.
+/// Returns the barycentric weights of a point of a triangle. Each weight is not negative, and their
+/// sum is 1.
 fn barycentric(point: DVec3, [p, q, r]: [DVec3; 3]) -> [f64; 3] {
     let normal = (q - p).cross(r - p);
     let area = |from: DVec3, to: DVec3| (from - point).cross(to - point).dot(normal).max(0.0);
     let shares = [area(q, r), area(r, p), area(p, q)];
     let sum: f64 = shares.iter().sum();
-    // The triangle is too thin: its corners get equal weights.
+    // If the triangle is too thin, its corners get equal weights.
     if sum > 0.0 { shares.map(|share| share / sum) } else { [1.0 / 3.0; 3] }
 }
 
@@ -168,7 +169,8 @@ mod tests {
     const RADIUS: f64 = 0.05;
     const SIDES: u32 = 24;
 
-    /// A tube of flat quads around the z axis, cut into triangles; its ends are open.
+    /// Returns a tube of flat quads around the z axis, cut into triangles. The ends of the tube are
+    /// open.
     fn tube() -> (Mesh, HalfEdges) {
         let mut vertices = Vec::new();
         for k in 0..SIDES {
@@ -197,7 +199,7 @@ mod tests {
         SmoothSurface::new(mesh, half_edges, |t, k| outward(mesh.triangle_points(t)[k]))
     }
 
-    /// The point of the tube's surface at `angle`.
+    /// Returns the point of the tube's surface at `angle`.
     fn on_tube(angle: f64, z: f64) -> DVec3 {
         let step = std::f64::consts::TAU / f64::from(SIDES);
         let within = angle.rem_euclid(step) - 0.5 * step;
@@ -224,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crease_answers_nothing_and_faces_beside_it_their_own_normal() {
+    fn crease_has_no_normal_and_its_faces_have_one() {
         let (mesh, half_edges) = tube();
         let sharp = SmoothSurface::new(&mesh, &half_edges, |t, _| mesh.triangle_normal(t));
         let all = || 0..mesh.triangles().len() as u32;

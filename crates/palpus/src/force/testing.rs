@@ -1,4 +1,4 @@
-//! Random contacts for this room's tests.
+//! Random contacts for the tests of `force`.
 
 use glam::{DQuat, DVec3};
 
@@ -8,7 +8,7 @@ use crate::body::{Feature, FeaturePair};
 use crate::detect::Contact;
 
 impl Random {
-    /// Uniform in the cube of the given half side.
+    /// Returns a random point, uniform in the cube from −`half` to `half`.
     pub(crate) fn point(&mut self, half: f64) -> DVec3 {
         DVec3::new(self.between(-half, half), self.between(-half, half), self.between(-half, half))
     }
@@ -18,7 +18,7 @@ impl Random {
     }
 }
 
-/// The contact with the given midpoint, normal and separation.
+/// Returns the contact with the given midpoint, normal and separation.
 pub(crate) fn contact(pieces: (u32, u32), midpoint: DVec3, normal: DVec3, separation: f64) -> Contact {
     Contact {
         piece_a: pieces.0,

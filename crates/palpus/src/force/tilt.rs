@@ -1,20 +1,20 @@
-//! Tilt shares: how much each contact counts in the patch that it belongs to.
+//! Tilt shares: the fraction with which each contact of a patch counts.
 //!
 //! Imagine the bodies pressed together and tilted a little, in any direction and by any slope up to
-//! r. For each tilt they would rest on one contact, the lowest one. The *tilt share* αᵢ of contact
-//! i is the share of all tilts (by area in the disc of slopes) for which i is the lowest contact:
+//! r. For each tilt, the bodies would rest on the lowest contact. The *tilt share* αᵢ of contact i
+//! is the fraction of all tilts (by area in the disc of slopes) for which i is the lowest contact:
 //!
 //! cellᵢ = { s, |s| ≤ r : s·(xⱼ − xᵢ) ≤ dⱼ − dᵢ + eᵢⱼ for all j },  αᵢ = |cellᵢ| / (π r²),
 //!
-//! where j runs over the corners of i's own patch and of the patches that share i's corner with it.
-//! x are the positions perpendicular to i's direction, d the separations, and e the allowance
-//! described below. Without the allowance, the cells are a power diagram, and the shares are the
-//! Monge–Ampère measure of the lower hull of the contacts. So:
+//! Here j runs over the corners of i's own patch, and of other patches with a corner at i's
+//! position. x are the positions perpendicular to i's direction, d the separations, and e the
+//! allowance described below. Without the allowance, the cells are a power diagram, and the shares
+//! are the Monge–Ampère measure of the lower hull of the contacts. It follows:
 //!
-//! * The shares of a flush polygon's corners are proportional to their exterior angles, and the
-//!   weighted mean of the corners is the polygon's Steiner point: the middle of a line segment or
-//!   of a rectangle.
-//! * A corner that patches of neighbouring pieces share counts once. Its share is 0 if it lies
+//! * The shares of a flush polygon's corners are proportional to their exterior angles. The
+//!   weighted mean of the corners is the polygon's Steiner point, for example the middle of a line
+//!   segment or of a rectangle.
+//! * A common corner of patches of neighbouring pieces counts once. Its share is 0 if it lies
 //!   inside the surface that the patches form together, or on the line between two corners. So if a
 //!   flat surface is cut into pieces, its rim bears the load.
 //! * Patches without a common corner do not affect each other: each foot of a table has its own
@@ -22,17 +22,17 @@
 //! * A contact without a patch counts fully.
 //! * The result does not depend on a frame or on the order of the contacts.
 //!
-//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A corner
-//! that splits in two splits its cell, and a corner that appears on the line between two others has
-//! an empty cell. So sums over all contacts are continuous even where the number of contacts
-//! changes.
+//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are continuous
+//! too. If a corner splits in two, its cell splits. If a corner appears on the line between two
+//! other corners, its cell is empty. So sums over all contacts are continuous even if the number of
+//! contacts changes.
 //!
-//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (1 − wⱼ/wᵢ)³₊): contacts with different directions
-//! belong to different surfaces (first term), and a contact without load takes no share from one
-//! with load (second term). Without the second term, the top of a slightly crowned face would lose
-//! its load to corners in the air. The cube makes the term small for contacts with similar loads:
-//! the tool's step uses the shares of the last tick, and shares that depended strongly on loads
-//! would oscillate.
+//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (max(1 − wⱼ/wᵢ, 0))³). By the first term, contacts
+//! with different directions do not affect each other, because they belong to different surfaces.
+//! By the second term, a contact without load takes no share from a loaded contact. Without this
+//! term, the top of a slightly crowned face would lose its load to corners in the air. The cube
+//! makes the second term small for similar loads. A stronger dependence on loads would oscillate,
+//! because the tool's step uses the shares of the last tick.
 
 use std::f64::consts::PI;
 
@@ -46,28 +46,28 @@ use crate::detect::Contact;
 pub struct Tilted {
     /// Position, b's frame.
     pub place: DVec3,
-    /// Unit: where it pushes a.
+    /// Unit direction in which the contact pushes a.
     pub direction: DVec3,
-    /// m, negative where the bodies overlap.
+    /// Separation, m; negative where the bodies overlap.
     pub separation: f64,
-    /// w, m: 0 for a contact that does not push yet.
+    /// w, the engagement, m: 0 for a contact that does not push yet.
     pub engagement: f64,
-    /// r, tangent of the tilt angle: the patch contains all contacts within tilts of this slope. 0
-    /// for a contact without a patch.
+    /// r, the largest slope of the tilts (tangent of the tilt angle). 0 for a contact without a
+    /// patch.
     pub slope: f64,
     /// [`Contact::count`].
     pub count: f64,
-    /// The pieces of a and b: contacts of the same two are corners of one patch.
+    /// The pieces of a and b: contacts with equal pieces are corners of one patch.
     pub pieces: [u32; 2],
 }
 
 impl Tilted {
-    /// A contact that pushes along its normal below a separation of `skin` (m).
+    /// Returns the data of a contact that pushes along its normal below a separation of `skin` (m).
     pub fn of(contact: &Contact, skin: f64) -> Self {
         Self { engagement: (skin - contact.separation).max(0.0), ..Self::unloaded(contact) }
     }
 
-    /// Input of tilt shares that depend on geometry alone.
+    /// Returns the data of a contact for tilt shares that depend only on geometry.
     pub(crate) fn unloaded(contact: &Contact) -> Self {
         Self {
             place: contact.midpoint(),
@@ -83,10 +83,11 @@ impl Tilted {
 
 /// The tilt shares of a set of contacts, and the memory to compute them.
 ///
-/// Corners of one patch stand side by side in the set.
+/// Corners of one patch are adjacent in the set.
 #[derive(Clone, Debug)]
 pub struct TiltShares {
-    /// Sorted by their first coordinate, so that contacts at one place are near each other.
+    /// Contacts sorted by their first coordinate, so contacts at one position are near each other
+    /// in the list.
     sorted: Vec<u32>,
     /// Begin and end of the patch of each contact.
     patches: Vec<[u32; 2]>,
@@ -94,27 +95,28 @@ pub struct TiltShares {
     cell: Cell,
 }
 
-/// A cell in units of the slope, clipped from the square about the disc.
+/// A cell, in units in which the disc of slopes has radius 1. It starts as the square around the
+/// disc and is clipped.
 #[derive(Clone, Debug)]
 struct Cell {
     /// The corners before and after the last cut.
     corners: [[DVec2; Self::MOST]; 2],
-    /// Which of the two is the current one.
+    /// Index of the current list in `corners`.
     now: usize,
     count: usize,
 }
 
-/// Effect of a contact on the cell of another.
+/// Effect of a contact on the cell of another contact.
 enum Bound {
     /// Nothing.
     None,
-    /// Removes all of the cell.
+    /// Removes the whole cell.
     All,
     /// Keeps the part where `normal · s ≤ offset`.
     Half { normal: DVec2, offset: f64 },
 }
 
-/// Most patches that are considered at one corner; others there are ignored.
+/// Largest number of patches that are considered at one corner; further patches are ignored.
 const MEET: usize = 8;
 
 /// The patches that meet at a corner.
@@ -124,7 +126,7 @@ struct Met {
 }
 
 impl TiltShares {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             sorted: Vec::with_capacity(capacity),
@@ -134,7 +136,7 @@ impl TiltShares {
         }
     }
 
-    /// The tilt share of each of the `contacts`, from 0 to 1.
+    /// Computes the tilt share of each of the `contacts`, from 0 to 1.
     pub fn run(&mut self, contacts: &[Tilted]) -> &[f64] {
         self.sort(contacts);
         self.shares.clear();
@@ -149,7 +151,7 @@ impl TiltShares {
         &self.shares
     }
 
-    /// Shares of the last run.
+    /// Returns the shares of the last run.
     pub fn shares(&self) -> &[f64] {
         &self.shares
     }
@@ -167,8 +169,9 @@ impl TiltShares {
         self.sorted.sort_unstable_by(|i, j| first(i).total_cmp(&first(j)).then(i.cmp(j)));
     }
 
-    /// The patches that have a corner at the place of the `k`-th sorted contact. `None` if another
-    /// contact represents this place: a deeper one, or an earlier one of equal depth.
+    /// Returns the patches with a corner at the position of the `k`-th sorted contact. `None` if
+    /// another contact represents this position: a deeper contact, or an earlier contact of equal
+    /// depth.
     fn met(&self, k: usize, contacts: &[Tilted]) -> Option<Met> {
         let i = self.sorted[k] as usize;
         let one = &contacts[i];
@@ -193,7 +196,7 @@ impl TiltShares {
         Some(met)
     }
 
-    /// The share of contact `i` among the corners of the patches that it `met`.
+    /// Returns the share of contact `i` among the corners of the patches `met`.
     fn share(&mut self, i: usize, met: &Met, contacts: &[Tilted]) -> f64 {
         let one = &contacts[i];
         let mut axes = None;
@@ -224,7 +227,7 @@ impl Met {
     }
 }
 
-/// True if both are at one place.
+/// Returns true if both contacts are at one position.
 fn is_at(one: &Tilted, other: &Tilted) -> bool {
     other.place.distance_squared(one.place) <= TILT_SAME * TILT_SAME * one.place.length_squared()
 }
@@ -251,12 +254,12 @@ fn bound(one: &Tilted, other: &Tilted, [x, y]: [DVec3; 2]) -> Bound {
 }
 
 impl Cell {
-    /// Most corners of a cell; a cut that would exceed it is skipped.
+    /// Largest number of corners of a cell; a cut that would exceed it is skipped.
     const MOST: usize = 32;
 
     const EMPTY: Self = Self { corners: [[DVec2::ZERO; Self::MOST]; 2], now: 0, count: 0 };
 
-    /// The whole square.
+    /// Resets the cell to the whole square.
     fn reset(&mut self) {
         for (corner, [x, y]) in
             self.corners[self.now].iter_mut().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -294,9 +297,10 @@ impl Cell {
         (self.count, self.now) = (count, 1 - self.now);
     }
 
-    /// The cell's area within the unit disc, over the area of the disc. It is the sum of triangles,
-    /// from the origin to the parts of sides within the disc, and of sectors, from where one side
-    /// leaves the disc to where the next one enters it.
+    /// Returns the cell's area within the unit disc, divided by the area of the disc. The area is a
+    /// sum of triangles and sectors. A triangle connects the origin with the part of a side in the
+    /// disc. A sector lies between the point where a side leaves the disc and the point where the
+    /// next side enters the disc.
     fn share(&self) -> f64 {
         let corners = &self.corners[self.now][..self.count];
         let mut twice = 0.0;
@@ -310,7 +314,8 @@ impl Cell {
         }
         twice += match (last, first) {
             (Some(last), Some(first)) => sector(last, first),
-            // No side of the cell crosses the disc: the cell contains all of the disc, or nothing.
+            // If no side of the cell crosses the disc, the cell contains the whole disc or
+            // nothing of it.
             _ if self.holds_origin() => 2.0 * PI,
             _ => 0.0,
         };
@@ -324,14 +329,14 @@ impl Cell {
     }
 }
 
-/// The part of the way from `p` to `q` that is in the unit disc.
+/// Returns the part of the segment from `p` to `q` that is in the unit disc.
 fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
     let along = q - p;
     let squared = along.length_squared();
     if squared <= 0.0 {
         return None;
     }
-    // Parameters at which the line enters and leaves the disc, as shares of its length.
+    // Parameters at which the line enters and leaves the disc, relative to its length.
     let middle = -p.dot(along) / squared;
     let reach = middle * middle - (p.length_squared() - 1.0) / squared;
     if reach * squared <= GRAZE * GRAZE {
@@ -350,13 +355,13 @@ fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
     (leaves > 0.0 && enters < 1.0).then(|| [at(enters), at(leaves)])
 }
 
-/// Share of the disc's radius: a line whose part in the disc is shorter than twice this cuts
+/// A line whose part in the disc is shorter than twice this (relative to the disc's radius) cuts
 /// nothing off.
 const GRAZE: f64 = 1e-7;
 
-/// Twice the area of the disc between two directions, counterclockwise from `p` to `q`. If the
-/// directions are nearly equal, rounding hides their order. Then the area is 0 and not all of the
-/// disc, since a part that is cut off is at least as wide as [`GRAZE`].
+/// Returns twice the area of the disc between two directions, counterclockwise from `p` to `q`. If
+/// the directions are nearly equal, rounding hides their order. Then the area is 0 and not the
+/// whole disc, since a part that is cut off is at least as wide as [`GRAZE`].
 fn sector(p: DVec2, q: DVec2) -> f64 {
     if p == q {
         return 0.0;

@@ -1,41 +1,43 @@
 //! The anchor: the point at which the coupling is attached to the device. It slips when a hand
 //! presses harder than the device can push back.
 //!
-//! If a hand is stronger than the device, a spring at its force limit stretches further, and the
-//! hand would feel the full force on all of its way back. So the coupling is attached to the device
-//! by a slip clutch:
+//! If a hand is stronger than the device, it stretches the spring beyond the force limit. Then the
+//! hand would feel the full force on its whole way back. So a slip clutch attaches the coupling to
+//! the device:
 //!
-//! 1. *Slip*: if the spring stretches beyond the stretch of its force limit plus [`COUPLING_SLIP`],
-//!    the anchor moves. The force is at its limit then, so it does not jump, and the hand does the
+//! 1. *Slip*: if the stretch exceeds the stretch at the force limit plus [`COUPLING_SLIP`], the
+//!    anchor moves. The force is at its limit then, so it does not jump, and the hand does the
 //!    work.
-//! 2. *Return*: in free air, where the coupling is slack, the anchor moves back to the grip by at
-//!    most [`COUPLING_RETURN`] of the device's own motion. So the tool is at rest while the hand is
-//!    at rest, and the anchor alone never moves the tool into contact.
+//! 2. *Return*: in free air, where the coupling has no force, the anchor moves back to the grip by
+//!    at most [`COUPLING_RETURN`] of the device's own motion. So the tool rests while the hand
+//!    rests, and the anchor alone never moves the tool into contact.
 //!
-//! The same holds for rotation. Where no torque limit levels the angular spring off, it slips as
-//! well, before half a turn: beyond half a turn the shortest way back would be the other way round.
+//! The anchor's rotation slips and returns in the same way. Without a torque limit, it slips before
+//! half a turn, because beyond half a turn the spring's direction would reverse.
 //!
-//! Neither does work on the hand: a slip takes energy, and a return moves nothing that pulls.
+//! Neither slip nor return does work on the hand: a slip dissipates energy, and a return happens
+//! without force.
 
 use glam::{DQuat, DVec3};
 
 use crate::algebra::tolerance::{COUPLING_MOST_TURN, COUPLING_RETURN, COUPLING_SLIP, COUPLING_SLIP_TURN};
 use crate::algebra::{Twist, rotation_between};
 
-/// How far the anchor has slipped from the device's grip, in b's frame.
+/// Displacement of the anchor from the device's grip, in b's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
-    /// m.
+    /// Translation, m.
     slip: DVec3,
     turn: DQuat,
 }
 
 impl Anchor {
-    /// At the grip.
+    /// The anchor at the grip.
     pub(super) const AT_GRIP: Self = Self { slip: DVec3::ZERO, turn: DQuat::IDENTITY };
 
-    /// Moves the anchor if it slips, and returns the coupling's stretch for a device that is
-    /// `ahead` (m) of the tool. The spring reaches its force limit at a stretch of `levelled` (m).
+    /// Moves the anchor if it slips. Returns the coupling's stretch (m), where `ahead` is the
+    /// vector from the tool to the device (m). The spring reaches its force limit at a stretch of
+    /// `levelled` (m).
     pub(super) fn stretch(&mut self, ahead: DVec3, levelled: f64) -> DVec3 {
         let stretch = ahead + self.slip;
         let share = share_kept(stretch.length(), levelled + COUPLING_SLIP);
@@ -43,7 +45,7 @@ impl Anchor {
         stretch * share
     }
 
-    /// Moves the anchor if it slips, and returns the coupling's rotation (rad) from the tool to the
+    /// Moves the anchor if it slips. Returns the coupling's rotation (rad) from the tool to the
     /// device. The spring reaches its torque limit at a rotation of `levelled` (rad).
     pub(super) fn turn(&mut self, tool: DQuat, device: DQuat, levelled: f64) -> DVec3 {
         let turn = rotation_between(tool, self.turn * device);
@@ -64,7 +66,7 @@ impl Anchor {
     }
 }
 
-/// The share of `length` that is within `most`.
+/// Returns the factor that shortens `length` to at most `most`.
 fn share_kept(length: f64, most: f64) -> f64 {
     if length > most { most / length } else { 1.0 }
 }
@@ -74,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hand_that_goes_on_turning_feels_no_jump() {
+    fn continued_rotation_gives_no_jump() {
         let (step, ticks) = (0.01, 1500);
         let mut anchor = Anchor::AT_GRIP;
         let mut last = DVec3::ZERO;

@@ -1,4 +1,4 @@
-//! Settings that change between two steps.
+//! Tests changes of settings between two steps.
 
 use glam::{DQuat, DVec3};
 
@@ -13,7 +13,7 @@ const SHADING: ShadingSettings = ShadingSettings { crease_angle: 0.6, most_turn:
 const FRICTION: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
 
-/// A drum that moves over the rim of another one, in and out of contact.
+/// States of a drum that moves over the rim of another drum, in and out of contact.
 fn wander(steps: usize) -> Vec<ProbeState> {
     let mut random = Random::new(SEED);
     let mut pose = Pose::new(DQuat::from_rotation_x(0.4), DVec3::new(0.036, 0.01, 0.0));
@@ -34,7 +34,7 @@ fn coupling() -> VirtualCoupling {
 }
 
 #[test]
-fn a_changed_renderer_answers_as_one_that_was_built_so() {
+fn changed_settings_equal_a_new_renderer() {
     let base = settings();
     for changed in [
         Settings { stiffness: 1500.0, ..base },
@@ -65,7 +65,7 @@ fn a_changed_renderer_answers_as_one_that_was_built_so() {
 }
 
 #[test]
-fn a_wider_tolerance_finds_what_a_renderer_built_so_finds() {
+fn wider_tolerance_equals_a_new_renderer() {
     let (near, wide) = (settings(), Settings { contact_tolerance: 3e-3, ..settings() });
     let (mut turned, mut built) = (drums(near), drums(wide));
     for (k, probe) in wander(400).iter().enumerate() {
@@ -83,7 +83,7 @@ fn a_wider_tolerance_finds_what_a_renderer_built_so_finds() {
 }
 
 #[test]
-fn a_coupling_begins_where_the_device_is_and_ends_there() {
+fn new_coupling_starts_at_the_device() {
     let direct = settings();
     let mut turned = cube_on_floor(direct);
     let coupled = Settings { coupling: Some(coupling()), ..direct };
@@ -113,25 +113,25 @@ fn a_coupling_begins_where_the_device_is_and_ends_there() {
 }
 
 #[test]
-fn friction_that_was_off_holds_nothing_any_more() {
+fn friction_after_a_pause_starts_without_strain() {
     let (dry, slippery) = (Settings { friction: Some(FRICTION), ..settings() }, settings());
     let mut renderer = cube_on_floor(dry);
     let across = |renderer: &mut Renderer, x| renderer.step(&at(x, -1e-3), DT, &NoClock).commanded.force.x;
     assert!(across(&mut renderer, 0.0).abs() < 1e-9 && across(&mut renderer, 5e-4) < -0.4);
     renderer.set_settings(&Settings { friction: Some(FRICTION), stiffness: 900.0, ..dry }).unwrap();
-    assert!(across(&mut renderer, 5e-4) < -0.4, "a change of something else does not let go");
+    assert!(across(&mut renderer, 5e-4) < -0.4, "a change of another setting keeps friction");
     renderer.set_settings(&slippery).unwrap();
     assert!(across(&mut renderer, 5e-4).abs() < 1e-9);
     renderer.set_settings(&dry).unwrap();
-    assert!(across(&mut renderer, 5e-4).abs() < 1e-9, "it takes hold anew, where it is");
+    assert!(across(&mut renderer, 5e-4).abs() < 1e-9, "the new friction begins without strain");
 }
 
 #[test]
-fn what_cannot_be_or_wants_memory_is_refused_and_changes_nothing() {
+fn invalid_changes_are_refused_and_change_nothing() {
     let base = settings();
     let mut renderer = cube_on_floor(base);
     let mut refuse = |settings: Settings| {
-        let error = renderer.set_settings(&settings).expect_err("it is not possible");
+        let error = renderer.set_settings(&settings).expect_err("the settings are refused");
         assert_eq!(*renderer.settings(), base);
         error.field
     };
@@ -143,7 +143,7 @@ fn what_cannot_be_or_wants_memory_is_refused_and_changes_nothing() {
 
     let shaded = Settings { shading: Some(SHADING), ..base };
     let mut renderer = cube_on_floor(shaded).with_surfaces(0.1);
-    assert_eq!(renderer.crease_angle(), Some(SHADING.crease_angle), "surfaces that are there stay");
+    assert_eq!(renderer.crease_angle(), Some(SHADING.crease_angle), "prepared surfaces stay");
     renderer.set_settings(&base).unwrap();
     renderer.set_settings(&shaded).unwrap();
     assert_eq!(*renderer.settings(), shaded);

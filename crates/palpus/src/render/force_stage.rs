@@ -1,13 +1,12 @@
 //! Computes the wrenches on both bodies from their contacts \[K02 §4.2–4.4\].
 //!
-//! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
-//! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents
-//!    itself.
+//! 1. *Cluster* the contacts by their midpoints and force directions.
+//! 2. *Represent* each cluster by one contact. With smooth clustering, each contact is a cluster.
 //! 3. *Normal forces*: compute the normal force of each cluster, at its midpoint. With smooth
 //!    clustering, the contacts share one stiffness (`LoadSharing`).
-//! 4. *Friction*: compute the friction of each member. The corners of a patch represent the whole
-//!    patch. Their friction acts nearer to the middle of the patch, at the share
-//!    [`FRICTION_SPREAD`] of their distance from it, as if the load were even.
+//! 4. *Friction*: compute the friction of each member. The corners of a patch represent an evenly
+//!    loaded patch. So their friction acts nearer to the patch's middle, at [`FRICTION_SPREAD`]
+//!    times the distance of the corner from the middle.
 //!
 //! Everything is in b's frame. Sums run in the canonical order of the clusters and of their
 //! members.
@@ -29,10 +28,10 @@ pub struct Motion {
     pub pose_ba: Pose,
     /// Centres of mass of both bodies.
     pub centers: Centers,
-    /// Velocity of a with respect to b, its linear part that of a's centre of mass.
+    /// Velocity of a relative to b; the linear part is the velocity of a's centre of mass.
     pub twist: Twist,
-    /// Force that the hardest pressed contact bore alone at the end of the last step, N, if that
-    /// step was implicit; else 0.
+    /// Largest force that a contact would have alone at the end of the last step, before load
+    /// sharing, N. 0 if that step was not implicit.
     pub pressed: f64,
 }
 
@@ -47,32 +46,32 @@ pub struct Forces {
     pub places: Vec<DVec3>,
     /// Separations of the members, m.
     pub separations: Vec<f64>,
-    /// Unit force directions of the members: their normals, or the shaded stand-ins.
+    /// Unit force directions of the members: their normals, or the shaded normals.
     pub directions: Vec<DVec3>,
     /// Weights of the members in their clusters, m, as given to [`represent`].
     pub weights: Vec<f64>,
-    /// Anchors of the members, b's frame; empty without friction.
+    /// Points at which the friction of the members acts; empty without friction.
     pub holds: Vec<DVec3>,
-    /// N, of each cluster, along its normal on a; not negative.
+    /// Normal force on a of each cluster, N; not negative.
     pub normal_forces: Vec<f64>,
-    /// N/m, of each cluster: how fast its normal force grows with engagement.
+    /// Stiffness of each cluster, N/m: derivative of its normal force with respect to engagement.
     pub stiffnesses: Vec<f64>,
-    /// How each member holds, and where; empty without friction.
+    /// Friction of each member; empty without friction.
     pub grips: Vec<Grip>,
-    /// N: the load that friction shares out, which the hardest pressed cluster would bear alone.
+    /// Largest load that a cluster would have alone, before load sharing, N.
     pub most_load: f64,
-    /// On both bodies.
+    /// Wrenches on both bodies.
     pub net: NetWrench,
     /// Counts of the contacts.
     pub linkage: LinkageCounters,
     /// Counts of the adhesions.
     pub adhesion: FrictionCounters,
-    /// Clusters whose normals cancelled, so that their deepest member's stood in.
+    /// Clusters whose normals cancelled, so that the normal of the deepest member was used.
     pub cancelled_normals: u32,
 }
 
 impl Forces {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             clusters: Vec::with_capacity(capacity),
@@ -93,7 +92,7 @@ impl Forces {
         }
     }
 
-    /// No contact, no force.
+    /// Removes all contacts and forces.
     pub fn clear(&mut self) {
         self.clusters.clear();
         self.members.clear();
@@ -113,10 +112,10 @@ impl Forces {
     }
 }
 
-/// The force stage of one tick. `direction` says where a contact pushes a (unit): its normal, or
-/// the shaded stand-in.
+/// Runs the force stage of one tick. `direction` returns the unit direction in which a contact
+/// pushes a: its normal, or the shaded normal.
 ///
-/// `settings` are valid and of the capacity that `scratch` and `forces` were made for.
+/// `settings` must be valid, and `scratch` and `forces` must have memory for their capacity.
 pub fn force(
     contacts: &[Contact],
     motion: &Motion,
@@ -143,14 +142,14 @@ pub fn force(
         let share = if smooth { scratch.sharing.shares()[k] } else { 1.0 };
         forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
-        push(&cluster, motion, share, settings, forces);
+        add_normal_force(&cluster, motion, share, settings, forces);
         forces.clusters.push(cluster);
     }
-    rub(contacts, motion, settings, scratch, forces);
+    add_friction(contacts, motion, settings, scratch, forces);
 }
 
-/// Computes the weights of members in their clusters. With smooth clustering every contact is a
-/// cluster of its own, and the shares of the load are computed as well.
+/// Computes the weights of members in their clusters. With smooth clustering, also computes the
+/// load shares.
 fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
     let Scratch { tilted, sharing, tilts, .. } = scratch;
     let (skin, tolerance) = (settings.skin(), settings.contact_tolerance);
@@ -176,11 +175,11 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, force
     }
 }
 
-/// Share of the skin: contacts that are farther than the nearest by no more than this share a
-/// load that is about to come.
+/// If no contact pushes yet, the coming load is shared by contacts up to this distance beyond the
+/// nearest contact, relative to the contact offset.
 const AHEAD: f64 = 0.5;
 
-/// The corners of one patch stand side by side among the `members`: their ranges.
+/// Returns the range of each patch's corners in `members`, where they are adjacent.
 fn patches(contacts: &[Contact], members: &[u32]) -> impl Iterator<Item = std::ops::Range<usize>> {
     let mut start = 0;
     let alike = |i: u32, j: u32| contacts[i as usize].shares_patch(&contacts[j as usize]);
@@ -191,16 +190,22 @@ fn patches(contacts: &[Contact], members: &[u32]) -> impl Iterator<Item = std::o
     })
 }
 
-/// Step 3.
-fn push(cluster: &Cluster, motion: &Motion, share: f64, settings: &Settings, forces: &mut Forces) {
+/// Step 3: adds the normal force of a cluster.
+fn add_normal_force(cluster: &Cluster, motion: &Motion, share: f64, settings: &Settings, forces: &mut Forces) {
     let velocity = motion.twist.at(cluster.midpoint - motion.centers.a);
     let size = normal_force(cluster, share, velocity.dot(cluster.normal), &settings.penalty());
     forces.normal_forces.push(size);
     forces.net.add(size * cluster.normal, cluster.midpoint, &motion.centers); // Eq. 6
 }
 
-/// Step 4.
-fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
+/// Step 4: adds the friction of all members.
+fn add_friction(
+    contacts: &[Contact],
+    motion: &Motion,
+    settings: &Settings,
+    scratch: &mut Scratch,
+    forces: &mut Forces,
+) {
     let Some(friction) = &settings.friction else { return };
     let Forces { members, holds, .. } = forces;
     for patch in patches(contacts, members) {
@@ -213,7 +218,7 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
             .fold((0.0, DVec3::ZERO), |(weight, sum), (tilt, corner)| (weight + tilt, sum + corner.place * tilt));
         holds.extend(corners.iter().map(|corner| (sum / weight).lerp(corner.place, FRICTION_SPREAD)));
     }
-    let most = bear(motion, settings, scratch, forces);
+    let most = friction_loads(motion, settings, scratch, forces);
     forces.most_load = most;
     let grasp = Grasp {
         contacts,
@@ -233,13 +238,13 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     }
 }
 
-/// Computes the load of each cluster for its friction into `scratch.loads`, N. Returns the load
-/// that the hardest pressed cluster would have alone, N.
+/// Writes the load of each cluster (N), which limits its friction, to `scratch.loads`. Returns the
+/// largest load that a cluster would have alone, before load sharing (N).
 ///
-/// After an implicit step, the load of a contact is at least its share of the total load at the end
-/// of that step. At rest this share is the contact's own force, so all contacts start to slip at
-/// the same time.
-fn bear(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Forces) -> f64 {
+/// After an implicit step, the load of a contact is at least its share of the total load at the
+/// end of that step. At rest this share equals the contact's force, so all contacts start to slip
+/// at the same time.
+fn friction_loads(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Forces) -> f64 {
     let Forces { clusters, normal_forces, stiffnesses, .. } = forces;
     let hard = settings.stiffness;
     let alone = |(&force, &stiffness): (&f64, &f64)| if stiffness > 0.0 { force * (hard / stiffness) } else { 0.0 };

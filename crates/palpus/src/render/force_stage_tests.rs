@@ -1,4 +1,4 @@
-//! Identities of the whole force stage on random contacts.
+//! Tests symmetries and bounds of the whole force stage on random contacts.
 
 use glam::DVec3;
 
@@ -28,7 +28,7 @@ fn settings() -> Settings {
     }
 }
 
-/// The rounds of a test, every second one with smooth clustering.
+/// Returns the rounds of a test; every second round has smooth clustering.
 fn turns(rounds: usize) -> impl Iterator<Item = (usize, Settings)> {
     let clustering = |round: usize| [Clustering::Linkage, Clustering::Smooth][round % 2];
     (0..rounds).map(move |round| (round, Settings { clustering: clustering(round), ..settings() }))
@@ -52,7 +52,7 @@ fn motion(random: &mut Random) -> Motion {
     }
 }
 
-/// The force stage on its own memory, two ticks so that friction has something to say.
+/// Runs two ticks of the force stage, so that friction has a strain.
 fn two_ticks(first: &[Contact], second: &[Contact], motions: &[Motion; 2], settings: &Settings) -> Forces {
     let mut scratch = Scratch::new(settings.capacity);
     let mut forces = Forces::new(settings.capacity);
@@ -62,7 +62,7 @@ fn two_ticks(first: &[Contact], second: &[Contact], motions: &[Motion; 2], setti
     forces
 }
 
-/// Two ticks of a random scene, the probe having moved a little in between.
+/// Returns two ticks of a random scene, between which the probe moves a little.
 fn scene(random: &mut Random) -> (Vec<Contact>, Vec<Contact>, [Motion; 2]) {
     let n = 1 + random.below(60);
     let first = contacts(random, n);
@@ -113,7 +113,7 @@ fn moving_the_whole_scene_moves_the_wrench() {
 }
 
 #[test]
-fn the_bodies_push_each_other_alike_and_friction_stays_in_the_cone() {
+fn forces_are_opposite_and_friction_is_in_its_cone() {
     let mut random = Random::new(SEED ^ 2);
     for (round, settings) in turns(100) {
         let (first, second, motions) = scene(&mut random);
@@ -133,8 +133,8 @@ fn the_bodies_push_each_other_alike_and_friction_stays_in_the_cone() {
 }
 
 #[test]
-fn more_contacts_of_one_surface_are_not_a_stiffer_one() {
-    // 200 contacts on a patch smaller than δ push as one does: what clustering is for.
+fn more_contacts_are_not_stiffer() {
+    // 200 contacts on a patch smaller than δ push like one contact.
     let mut random = Random::new(SEED ^ 3);
     let patch: Vec<_> =
         (0..200).map(|k| contact((k, 0), random.point(1e-3) * DVec3::new(1.0, 1.0, 0.0), DVec3::Z, -1e-3)).collect();
@@ -176,15 +176,15 @@ fn a_slot_narrower_than_delta_grips_the_probe_from_both_sides() {
     let at = |shift: f64| two_ticks(&slot(shift), &slot(shift), &[still; 2], &settings);
     assert!(at(0.0).net.on_a.force.length() < 1e-12);
     assert_eq!((at(0.0).clusters.len(), at(0.0).cancelled_normals), (2, 0));
-    // Both walls count: twice the stiffness.
+    // Both walls push, so the stiffness is doubled.
     assert!((at(1e-4).net.on_a.force + DVec3::Y * (2.0 * 800.0 * 1e-4)).length() < 1e-12);
-    // The paper alone: one cluster, no direction.
+    // With the paper's rule alone, there is one cluster, and its normals cancel.
     let paper = Settings { split_angle: None, ..settings };
     assert_eq!(two_ticks(&slot(0.0), &slot(0.0), &[still; 2], &paper).cancelled_normals, 1);
 }
 
 #[test]
-fn numbers_that_are_none_do_not_reach_the_wrench() {
+fn non_finite_contacts_do_not_reach_the_wrench() {
     let mut random = Random::new(SEED ^ 4);
     let (mut first, second, motions) = scene(&mut random);
     for (k, bad) in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].into_iter().enumerate() {
@@ -201,10 +201,10 @@ fn numbers_that_are_none_do_not_reach_the_wrench() {
     assert!(forces.net.on_a.is_finite() && forces.net.on_b.is_finite());
 }
 
-/// Load sharing divides the stiffness, and friction the loads; the engagement is t − d of the
-/// cluster whatever is beside it.
+/// Load sharing divides stiffness and loads. The engagement of a cluster is always t − d, whatever
+/// contacts are near it.
 #[test]
-fn engagement_is_that_of_the_cluster_alone() {
+fn engagement_does_not_depend_on_other_clusters() {
     let mut random = Random::new(SEED ^ 9);
     for (round, settings) in turns(50) {
         let (first, second, motions) = scene(&mut random);

@@ -1,8 +1,9 @@
-//! One tick: from the probe's state to the wrench in the hand \[K02 §4.3, §5\].
+//! One tick: from the probe's state to the device's wrench \[K02 §4.3, §5\].
 
 mod anchor;
 #[cfg(test)]
 mod changed_tests;
+mod contact_rows;
 mod coupling;
 mod force_stage;
 #[cfg(test)]
@@ -20,7 +21,6 @@ mod tick;
 mod tool;
 #[cfg(test)]
 mod tool_tests;
-mod touches;
 mod transient;
 #[cfg(test)]
 mod two_tools_tests;

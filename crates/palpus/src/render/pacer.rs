@@ -1,53 +1,55 @@
-//! Computes how much work a step may do within its time.
+//! Limits the work of a step, so that the step ends within its time.
 //!
-//! The engine counts work and has no clock ([`crate::algebra::Work`]). A pacer measures the time of
-//! each step and computes how much work the next may do:
+//! The engine counts work and has no clock ([`crate::algebra::Work`]). A pacer reads the measured
+//! time of each step and computes the allowed work of the next step:
 //!
 //! 1. *Price*: the time of a unit of work, ns. The estimate rises within a few steps and falls
-//!    slowly, so that one quick step hardly changes it.
+//!    slowly, so one quick step hardly changes it.
 //! 2. *Rest*: the time of a step without its query, estimated in the same way.
-//! 3. *Allowance*: (target − rest) / price, but at least so much that a query makes progress.
+//! 3. *Allowance*: (target − rest) / price, but at least the work with which a query makes
+//!    progress.
 //!
-//! The allowances depend on measured times, so a recording must store them. A run with the same
-//! allowances is bit-identical.
+//! The allowances depend on measured times, so a recording must store them. A run with equal
+//! allowances gives bit-identical results.
 
 use super::{Settings, Tick};
 use crate::algebra::tolerance::{
     PACE_CHEAPER, PACE_DEARER, PACE_FIRST_PRICE, PACE_LEAST_WORK, PACE_SHARE, PACE_TELLING,
 };
 
-/// Sets the allowance of work of one renderer. See the module's description.
+/// Computes the work allowance of one renderer. See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub struct Pacer {
-    /// ns: what a step should take.
+    /// Target time of a step, ns.
     target: f64,
-    /// ns for a unit.
+    /// Price of a unit of work, ns.
     price: f64,
-    /// ns.
+    /// Time of a step without its query, ns.
     rest: f64,
 }
 
 impl Pacer {
-    /// A pacer for a loop of `rate_hz`. The target is that of `settings`, or a share of the period.
+    /// Returns a pacer for a loop of `rate_hz`. The target is `time_budget` of `settings`, or a
+    /// fixed fraction of the period.
     pub fn of(settings: &Settings, rate_hz: f64) -> Self {
         Self::new(settings.time_budget.unwrap_or((PACE_SHARE * 1e9 / rate_hz) as u64))
     }
 
-    /// A pacer for steps of at most about `target_ns`.
+    /// Returns a pacer for steps of at most about `target_ns`.
     pub fn new(target_ns: u64) -> Self {
         Self { target: target_ns as f64, price: PACE_FIRST_PRICE, rest: 0.0 }
     }
 
-    /// Units of work that the next step's query may do.
+    /// Returns the allowed work of the next step's query, in units of [`crate::algebra::Work`].
     pub fn allowance(&self) -> u64 {
         (((self.target - self.rest) / self.price) as u64).clamp(PACE_LEAST_WORK, u64::from(u32::MAX))
     }
 
-    /// Learns from a step.
+    /// Updates the estimates with the measured times of a step.
     pub fn learn(&mut self, tick: &Tick) {
         let query = (tick.times.query + tick.times.depth) as f64;
         let rest = tick.times.total as f64 - query;
-        // With little work, the measured time depends more on the clock than on the work.
+        // If the work is small, the clock's resolution dominates the measured time.
         if tick.work >= PACE_TELLING {
             self.price = followed(self.price, query / tick.work as f64);
         }
@@ -72,17 +74,17 @@ mod tests {
     }
 
     #[test]
-    fn the_allowance_comes_to_what_fits() {
+    fn allowance_converges_to_the_budget() {
         let mut pacer = Pacer::new(600_000);
         for _ in 0..20_000 {
             pacer.learn(&step(5_000, 400_000, 100_000));
         }
-        // 80 ns a unit, and half a millisecond left.
+        // A unit takes 80 ns, and half a millisecond remains for the query.
         assert!((6200..6300).contains(&pacer.allowance()), "{}", pacer.allowance());
     }
 
     #[test]
-    fn dearer_steps_count_at_once_and_cheaper_ones_slowly() {
+    fn price_rises_fast_and_falls_slowly() {
         let mut pacer = Pacer::new(600_000);
         for _ in 0..20_000 {
             pacer.learn(&step(5_000, 400_000, 0));
@@ -100,13 +102,13 @@ mod tests {
     }
 
     #[test]
-    fn a_query_always_gets_on() {
+    fn allowance_always_permits_progress() {
         let mut pacer = Pacer::new(600_000);
         for _ in 0..100 {
             pacer.learn(&step(5_000, 400_000, 5_000_000));
         }
         assert_eq!(pacer.allowance(), PACE_LEAST_WORK);
-        // The clock does not advance: the price stays.
+        // The clock does not advance, so the price does not change.
         let idle = Pacer::new(600_000);
         let mut learned = idle;
         (0..1000).for_each(|_| learned.learn(&step(1, 40_000, 0)));

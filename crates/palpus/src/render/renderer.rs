@@ -1,13 +1,15 @@
 //! One probe and one environment: a [`World`] of two bodies \[K02 §4, §5\].
 //!
-//! The force from the environment to the device, in five stages:
+//! A step computes the device's wrench in five stages:
 //!
-//! 1. *Query*: all contacts of the two bodies within the tolerance; and in the same pass
-//! 2. *depth*: how deep those that overlap do.
-//! 3. *Force*: clusters, penalty, shading, friction; the wrenches on both bodies.
-//! 4. *Couple*: compute what the device feels. In direct rendering, as in the paper, this is the
-//!    wrench itself, about the grip. With a virtual coupling, the query uses the pose of the
-//!    *tool*; contacts and coupling then move the tool, and the device feels the coupling.
+//! 1. *Query*: find all contacts of the two bodies within the tolerance.
+//! 2. *Depth*: in the same pass, compute the depths of overlapping pieces.
+//! 3. *Force*: compute the wrenches on both bodies by clusters, shading, penalty forces and
+//!    friction.
+//! 4. *Couple*: compute the wrench on the device about the grip. In direct rendering, as in the
+//!    paper, this is the wrench of the contacts. With a virtual coupling, the query uses the
+//!    pose of the *tool*. Contacts and coupling then move the tool, and the device gets the
+//!    coupling's wrench.
 //! 5. *Saturate*: limit the wrench to the device's limits.
 //!
 //! With a work limit ([`Renderer::allow`]), pairs that the query did not reach keep their contacts,
@@ -20,7 +22,7 @@ use crate::algebra::{Clock, Pose};
 use crate::body::Body;
 
 /// Renders the contact of a probe (a) with an environment (b). The environment's frame is the
-/// scene's.
+/// scene's frame.
 #[derive(Clone, Debug)]
 pub struct Renderer {
     world: World,
@@ -38,29 +40,30 @@ impl Renderer {
         Ok(Self { world, tool, probe: a, environment: b })
     }
 
-    /// Like [`Self::new`], but [`Self::set_settings`] can later turn on shading at this crease
-    /// angle (rad). It makes no difference if shading is on from the start.
+    /// Prepares shading at this crease angle (rad), so that [`Self::set_settings`] can turn it on
+    /// later. Has no effect if shading is on from the start.
     #[must_use]
     pub fn with_surfaces(mut self, crease_angle: f64) -> Self {
         self.world.prepare_shading(self.tool, crease_angle);
         self
     }
 
-    /// Goes on with other settings from the next step on: see [`World::set_tool_settings`].
+    /// Changes the settings from the next step on: see [`World::set_tool_settings`].
     ///
-    /// # Errors Fails if a setting is invalid; all settings are then unchanged.
+    /// # Errors
+    /// Fails if a setting is invalid; all settings are then unchanged.
     pub fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         self.world.set_tool_settings(self.tool, settings)
     }
 
-    /// One step of the loop: computes the wrench for the probe's state. `dt` is the time since the
-    /// last step, s.
+    /// Runs one step of the loop: computes the wrench for the probe's state. `dt` is the time since
+    /// the last step, s.
     pub fn step(&mut self, probe: &ProbeState, dt: f64, clock: &impl Clock) -> &Tick {
         self.world.step(std::slice::from_ref(probe), dt, clock);
         self.tick()
     }
 
-    /// Limits the force to what the device can give at present: see [`World::set_available`].
+    /// Limits the force to the device's present limits: see [`World::set_available`].
     pub fn set_available(&mut self, available: &Limits) {
         self.world.set_available(self.tool, available);
     }
@@ -70,7 +73,7 @@ impl Renderer {
         self.world.allow(work);
     }
 
-    /// The last tick.
+    /// Returns the last tick.
     pub fn tick(&self) -> &Tick {
         self.world.tick(self.tool)
     }
@@ -80,22 +83,22 @@ impl Renderer {
         self.world.tool_settings(self.tool)
     }
 
-    /// The probe.
+    /// Returns the probe.
     pub fn probe(&self) -> &Body {
         &self.probe
     }
 
-    /// The environment.
+    /// Returns the environment.
     pub fn environment(&self) -> &Body {
         &self.environment
     }
 
-    /// rad: the crease angle at which shading can be on.
+    /// Returns the crease angle at which shading can be turned on, rad.
     pub fn crease_angle(&self) -> Option<f64> {
         self.world.crease_angle(self.tool)
     }
 
-    /// Drops all state, for use after a jump of the probe: the next step runs like the first one.
+    /// Drops all state, for use after a jump of the probe. The next step runs like the first step.
     pub fn clear(&mut self) {
         self.world.clear();
     }

@@ -1,4 +1,4 @@
-//! Whole steps on small bodies with known answers.
+//! Tests whole steps on small bodies with known results.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
@@ -31,7 +31,7 @@ pub(super) fn cuboid(low: DVec3, high: DVec3) -> Arc<Body> {
     body(&soup)
 }
 
-/// A closed prism of `sides` sides around the z axis.
+/// Returns a closed prism of `sides` sides around the z axis.
 pub(super) fn drum(radius: f64, half_height: f64, sides: u32) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     for k in 0..sides {
@@ -46,7 +46,8 @@ pub(super) fn drum(radius: f64, half_height: f64, sides: u32) -> Arc<Body> {
     body(&soup)
 }
 
-/// A cube of 20 mm on a floor whose top is z = 0; its frame's origin is the middle of its bottom.
+/// Returns a cube of 20 mm on a floor whose top is z = 0. The origin of the cube's frame is the
+/// middle of its bottom.
 pub(super) fn cube_on_floor(settings: Settings) -> Renderer {
     let cube = cuboid(DVec3::new(-0.01, -0.01, 0.0), DVec3::new(0.01, 0.01, 0.02));
     let floor = cuboid(DVec3::new(-0.1, -0.1, -0.05), DVec3::new(0.1, 0.1, 0.0));
@@ -62,14 +63,14 @@ pub(super) fn settings() -> Settings {
 }
 
 #[test]
-fn a_cube_over_a_floor_is_pushed_straight_up_by_its_engagement() {
+fn cube_on_a_floor_is_pushed_up_by_its_engagement() {
     let mut renderer = cube_on_floor(settings());
     for height in [2e-3, 1e-3, 0.9e-3, 0.5e-3, 1e-5, 0.0, -1e-5, -1e-3, -4e-3] {
         let tick = renderer.step(&at(0.0123, height), DT, &NoClock);
         let expected = 800.0 * (1e-3 - height).max(0.0);
         assert!((tick.commanded.force - DVec3::Z * expected).length() < 1e-9, "at {height}: {:?}", tick.commanded);
-        // The grip is over the middle of the faces, and the corners of flush faces bear the load
-        // alike.
+        // The grip is over the middle of the faces, and all corners of flush faces have the same
+        // load.
         assert!(tick.commanded.torque.length() < 1e-9, "at {height}: {:?}", tick.commanded);
         assert_eq!(tick.contacts.len(), if expected > 0.0 { 4 } else { 0 });
         assert_eq!(tick.summary().clusters as usize, tick.forces.clusters.len());
@@ -86,7 +87,7 @@ fn the_torque_is_about_the_grip() {
     let tick = renderer.step(&at(0.0, -1e-3), DT, &NoClock);
     let push = DVec3::Z * 1.6;
     assert!((tick.commanded.torque - (-grip).cross(push)).length() < 1e-9);
-    // About its own centre of mass, above the middle of the contact, it is not turned.
+    // The torque about the centre of mass is zero, since it is above the middle of the contact.
     assert!(tick.forces.net.on_a.torque.length() < 1e-9);
     assert_eq!(tick.forces.net.on_a.force, -tick.forces.net.on_b.force);
 }
@@ -95,7 +96,7 @@ fn the_torque_is_about_the_grip() {
 fn device_state_is_that_of_the_grip() {
     let (grip, turn) = (DVec3::new(0.03, 0.0, 0.1), DQuat::from_rotation_z(0.2));
     let twist = Twist { angular: DVec3::X, linear: DVec3::Y };
-    // The cube lies 1 mm deep in the floor and is turned about the point where it is held.
+    // The cube overlaps the floor by 1 mm and is turned about its grip.
     let held = Pose { rotation: turn, translation: grip - DVec3::Z * 1e-3 };
     let state = ProbeState::of_grip(&held, &twist, grip);
     assert!(state.pose_ba.point(grip).distance(held.translation) < 1e-15);
@@ -109,7 +110,7 @@ fn device_state_is_that_of_the_grip() {
 }
 
 #[test]
-fn damping_hears_the_velocity_at_the_contact() {
+fn damping_uses_the_velocity_at_the_contact() {
     let mut renderer = cube_on_floor(Settings { damping: 4.0, ..settings() });
     let mut probe = at(0.0, -1e-3);
     probe.twist = Twist { angular: DVec3::Z * 3.0, linear: DVec3::new(0.5, 0.0, -0.1) };
@@ -129,7 +130,7 @@ fn limits_are_kept_and_counted() {
 }
 
 #[test]
-fn a_pose_that_is_none_gives_no_force_and_the_next_step_is_well() {
+fn invalid_pose_gives_no_force_for_one_step() {
     let mut renderer = cube_on_floor(settings());
     let good = renderer.step(&at(0.0, -1e-3), DT, &NoClock).commanded;
     for bad in [
@@ -156,7 +157,8 @@ fn a_pose_that_is_none_gives_no_force_and_the_next_step_is_well() {
 fn a_dragged_cube_sticks_and_slides() {
     let friction = FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
     let mut renderer = cube_on_floor(Settings { friction: Some(friction), ..settings() });
-    // 800 N/m · 2 mm = 1.6 N: sticks up to 0.8 N at 0.8 mm, and slid as far again slides at 0.48 N.
+    // The normal force is 800 N/m · 2 mm = 1.6 N. The cube sticks up to 0.8 N at 0.8 mm. After
+    // another 0.8 mm of sliding, friction is 0.48 N.
     let mut drag = |x: f64| renderer.step(&at(x, -1e-3), DT, &NoClock).commanded.force;
     assert!((drag(0.0) - DVec3::Z * 1.6).length() < 1e-9);
     assert!((drag(0.7e-3) - DVec3::new(-0.7, 0.0, 1.6)).length() < 1e-9);
@@ -166,8 +168,8 @@ fn a_dragged_cube_sticks_and_slides() {
     assert!((drag(4.9e-3) - DVec3::new(-0.38, 0.0, 1.6)).length() < 1e-9);
 }
 
-/// The largest angle by which the force turns between steps while a cube's corner goes around a
-/// drum's side.
+/// Returns the largest rotation of the force between steps (rad) while a cube's corner moves around
+/// a drum's side.
 fn largest_turn(shading: Option<ShadingSettings>) -> f64 {
     let probe = cuboid(DVec3::splat(-0.004), DVec3::splat(0.004));
     let drum = drum(0.02, 0.05, 20);
@@ -187,14 +189,14 @@ fn largest_turn(shading: Option<ShadingSettings>) -> f64 {
 }
 
 #[test]
-fn shading_takes_the_edges_off_a_drum() {
+fn shading_smooths_the_edges_of_a_drum() {
     let bare = largest_turn(None);
     let shading = |crease: f64| Some(ShadingSettings { crease_angle: crease.to_radians(), most_turn: 0.5 });
     let shaded = largest_turn(shading(30.0));
-    // Faces meet at 18°: 0.31 rad.
+    // Neighbouring faces meet at 18°, which is 0.31 rad.
     assert!(bare > 0.25, "{bare}");
     assert!(shaded < 0.01, "{shaded}");
-    // Below the crease angle they stay.
+    // Edges sharper than the crease angle are not smoothed.
     assert!(largest_turn(shading(10.0)) > 0.25);
 }
 
@@ -227,7 +229,7 @@ fn the_same_steps_give_the_same_bits() {
 }
 
 #[test]
-fn a_lent_clock_times_the_stages() {
+fn caller_clock_times_the_stages() {
     struct Ticking(Cell<u64>);
     impl Clock for Ticking {
         fn now_ns(&self) -> u64 {

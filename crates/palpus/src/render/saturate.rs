@@ -1,18 +1,18 @@
-//! Keeping a wrench within the device's limits \[K02 §4.3, end\].
+//! Limits a wrench to the device's limits \[K02 §4.3, end\].
 
 use glam::DVec3;
 
 use crate::algebra::Wrench;
 use crate::algebra::tolerance::SATURATION_ROUNDING;
 
-/// The largest force and torque that may be commanded; infinite for no limit.
+/// Limits of the commanded force and torque; infinite for no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Limits {
-    /// N.
+    /// Force, N.
     pub force: f64,
-    /// N·m about the grip.
+    /// Torque about the grip, N·m.
     pub torque: f64,
 }
 
@@ -21,36 +21,36 @@ impl Limits {
     pub const UNLIMITED: Self = Self { force: f64::INFINITY, torque: f64::INFINITY };
 }
 
-/// How a wrench beyond the limits is brought within.
+/// How a wrench that exceeds the limits is reduced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Saturation {
-    /// Force and torque are scaled separately and keep their directions: the paper's rule.
+    /// Force and torque are scaled separately and keep their directions. This is the paper's rule.
     #[default]
     Separate,
-    /// One factor for both, so that the wrench keeps its line of action. If the torque limit is
-    /// small, the force becomes small too.
+    /// Force and torque are scaled by one factor, so the wrench keeps its line of action. If the
+    /// torque limit is small, the force becomes small too.
     Joint,
-    /// For devices that sense six degrees of freedom and drive three: the force alone, about the
-    /// grip. The tick contains the torque for display, but it is not felt.
+    /// For devices that sense six degrees of freedom and drive three: only the force at the grip is
+    /// commanded. The tick contains the torque for display.
     UnderActuated,
 }
 
-/// A wrench within the limits, and what was changed for that.
+/// A wrench within the limits, and how it was changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Saturated {
-    /// About the same point as the one that was given.
+    /// The wrench, about the same point as the original wrench.
     pub wrench: Wrench,
-    /// The force was shortened.
+    /// True if the force was reduced.
     pub force_cut: bool,
-    /// The torque was shortened.
+    /// True if the torque was reduced.
     pub torque_cut: bool,
-    /// The wrench contained a number that was not finite, and was replaced by zero.
+    /// True if the original wrench was not finite; then `wrench` is zero.
     pub non_finite: bool,
 }
 
-/// Brings `wrench` within `limits`. The result is never longer than a limit, not even by rounding.
+/// Reduces `wrench` to `limits`. The result never exceeds a limit, not even by rounding.
 pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturated {
     if !wrench.is_finite() {
         return Saturated { wrench: Wrench::ZERO, force_cut: false, torque_cut: false, non_finite: true };
@@ -64,9 +64,9 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
         Saturation::Joint => {
             let (force_share, torque_share) = (share(wrench.force, limits.force), share(wrench.torque, limits.torque));
             let share = force_share.min(torque_share);
-            // One of the two is at its limit, and both count as shortened.
+            // One of the two is at its limit, and both count as reduced.
             let cut = share < 1.0;
-            // Shortened once more, in case the factor is so small that it is inexact.
+            // Each part is shortened again, because a very small factor is inexact.
             let within = |v: DVec3, limit| shorten(v * share, limit).0;
             let wrench =
                 Wrench { torque: within(wrench.torque, limits.torque), force: within(wrench.force, limits.force) };
@@ -79,24 +79,24 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
     }
 }
 
-/// `v`, shortened to `limit` if it is longer; and whether it was.
+/// Returns `v`, shortened to `limit` if it is longer, and true if it was longer.
 fn shorten(v: DVec3, limit: f64) -> (DVec3, bool) {
     let Some((scaled, length)) = beyond(v, limit) else { return (v, false) };
     if limit < f64::MIN_POSITIVE {
-        // Subnormal numbers have too few digits to be scaled by a factor near 1.
+        // Subnormal numbers have too few digits for scaling by a factor near 1.
         return (DVec3::ZERO, true);
     }
     (scaled * (limit * (1.0 - SATURATION_ROUNDING) / length), true)
 }
 
-/// The factor that brings `v` within `limit`, at most 1.
+/// Returns the factor (at most 1) that shortens `v` to `limit`.
 fn share(v: DVec3, limit: f64) -> f64 {
     let Some((_, length)) = beyond(v, limit) else { return 1.0 };
     limit * (1.0 - SATURATION_ROUNDING) / length / v.abs().max_element()
 }
 
-/// If `v` is longer than `limit`: `v` over its largest component, and the length of that. The
-/// square of a finite number need not be finite.
+/// If `v` is longer than `limit`, returns `v` divided by its largest component, and the length of
+/// the quotient. Otherwise returns `None`. The division keeps squares finite.
 fn beyond(v: DVec3, limit: f64) -> Option<(DVec3, f64)> {
     let largest = v.abs().max_element();
     if largest <= 0.0 {
@@ -114,7 +114,7 @@ mod tests {
     const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
 
     #[test]
-    fn each_part_keeps_its_direction_and_loses_only_size() {
+    fn force_and_torque_keep_their_directions() {
         let wrench = Wrench { torque: DVec3::new(0.1, -0.7, 0.2), force: DVec3::new(-30.0, 4.0, 1e-3) };
         let answer = saturate(wrench, &LIMITS, Saturation::Separate);
         assert!(answer.force_cut && answer.torque_cut && !answer.non_finite);
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn one_part_may_be_cut_alone() {
+    fn force_and_torque_are_limited_separately() {
         let wrench = Wrench { torque: DVec3::X, force: DVec3::Y };
         let answer = saturate(wrench, &LIMITS, Saturation::Separate);
         assert!(!answer.force_cut && answer.torque_cut);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn jointly_the_line_of_action_stays() {
+    fn joint_scaling_keeps_the_line_of_action() {
         let wrench = Wrench { torque: DVec3::new(0.0, 0.4, 0.0), force: DVec3::new(8.0, 0.0, 2.0) };
         let answer = saturate(wrench, &LIMITS, Saturation::Joint);
         assert!(answer.force_cut && answer.torque_cut);
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn an_under_actuated_device_feels_the_force_alone() {
+    fn under_actuated_device_gets_only_the_force() {
         let wrench = Wrench { torque: DVec3::Y, force: DVec3::new(30.0, 0.0, 0.0) };
         let answer = saturate(wrench, &LIMITS, Saturation::UnderActuated);
         assert_eq!(answer.wrench.torque, DVec3::ZERO);

@@ -1,8 +1,8 @@
-//! All working memory of the force stage, sized once.
+//! Working memory of the force stage, allocated once.
 
 use crate::force::{FrictionTracker, Linkage, LoadSharing, TiltShares, Tilted};
 
-/// Working memory, and the adhesions that friction carries from tick to tick.
+/// Working memory, and the state of friction between ticks.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     pub(super) linkage: Linkage,
@@ -11,12 +11,12 @@ pub struct Scratch {
     /// Tilt shares of one patch at a time.
     pub(super) tilts: TiltShares,
     pub(super) friction: FrictionTracker,
-    /// N: what the friction of each cluster rests on.
+    /// Load of each cluster that limits its friction, N.
     pub(super) loads: Vec<f64>,
 }
 
 impl Scratch {
-    /// Memory for `capacity` contacts a tick.
+    /// Allocates memory for `capacity` contacts in a tick.
     pub fn new(capacity: usize) -> Self {
         Self {
             linkage: Linkage::new(capacity),
@@ -33,7 +33,7 @@ impl Scratch {
         self.friction.clear();
     }
 
-    /// State of friction.
+    /// Returns the state of friction.
     pub fn friction(&self) -> &FrictionTracker {
         &self.friction
     }

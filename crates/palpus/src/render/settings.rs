@@ -1,4 +1,4 @@
-//! Settings of a renderer, at its construction or from a later step on.
+//! Settings of a renderer, which can change between steps.
 
 use glam::DVec3;
 
@@ -6,65 +6,65 @@ use super::{Limits, Material, Saturation, VirtualCoupling};
 use crate::algebra::tolerance::{CROWD_MOST, TOOL_SINKS};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
-/// All settings of rendering; [`Settings::validate`] checks them before they are used.
+/// All settings of rendering. [`Settings::validate`] checks them before use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Settings {
-    /// t of \[K02\], m: the query finds contacts below this separation, and they push below it.
-    /// With a coupling, contacts push below the coupling's contact offset
-    /// ([`VirtualCoupling::skin`]), and the query looks ahead as far as the tool can move in the
-    /// next step.
+    /// t of \[K02\], m: contacts are found, and push, below this separation. With a coupling,
+    /// contacts push below the coupling's contact offset ([`VirtualCoupling::skin`]), and are found
+    /// as far as the tool can move in the next step.
     pub contact_tolerance: f64,
-    /// δ of \[K02\], m: contacts nearer than this share one force. 0: every contact has its own.
+    /// δ of \[K02\], m: contacts nearer to each other than this share one force. 0: every contact
+    /// has its own force.
     pub cluster_radius: f64,
-    /// How contacts nearer than δ share their force.
+    /// How contacts share their force.
     ///
-    /// With serde, a missing value means linkage: recordings without this field were made when
-    /// nothing else existed.
+    /// With serde, a missing value means linkage, because recordings without this field were made
+    /// before other values existed.
     #[cfg_attr(feature = "serde", serde(default = "Clustering::linkage"))]
     pub clustering: Clustering,
-    /// rad: opening of the cone that holds the normals of a cluster, 60° to 170°; `None`: no cut,
-    /// as in the paper.
+    /// Largest opening of the cone that contains the normals of a cluster (rad), 60° to 170°.
+    /// `None`: clusters are not cut, as in the paper.
     pub split_angle: Option<f64>,
-    /// k, N/m, of each cluster. With a coupling, the stiffness that a contact has in series with
-    /// it.
+    /// k, the stiffness of each cluster, N/m. With a coupling, this is the stiffness of a contact
+    /// in series with the coupling.
     pub stiffness: f64,
-    /// Damping of the normal motion of each cluster, N·s/m; 0 for none.
+    /// Damping of the normal motion of each cluster, N·s/m; 0 for no damping.
     pub damping: f64,
-    /// rad: flush and nearly flush pieces touch at the corners of their overlap, which fade out as
-    /// they open to this angle (see [`crate::depth::Patch`]). `None`: one exact witness point for
-    /// each pair of pieces, which jumps.
+    /// Pieces that are flush, or tilted by less than this angle (rad), touch at the corners of
+    /// their overlap, whose loads fade out toward this angle (see [`crate::depth::Patch`]). `None`:
+    /// each pair of pieces has one exact witness point, which jumps when flush pieces tilt.
     #[cfg_attr(feature = "serde", serde(alias = "blend_angle"))]
     pub patch_angle: Option<f64>,
-    /// Settings of force directions from smoothed normals. If `None`, the directions are the
+    /// Force shading: force directions from smoothed normals. `None`: the directions are the
     /// contact normals.
     pub shading: Option<ShadingSettings>,
-    /// Stick–slip friction, if any.
+    /// Stick–slip friction; `None`: no friction.
     pub friction: Option<FrictionSettings>,
     /// Vibration of impacts; `None`: no vibration.
     pub material: Option<Material>,
-    /// Coupling between tool and device. `None`: direct rendering, as in the paper; the probe
-    /// is where the device is.
+    /// Coupling between tool and device. `None`: direct rendering, as in the paper; the probe has
+    /// the device's pose.
     pub coupling: Option<VirtualCoupling>,
-    /// The largest force and torque that may be commanded.
+    /// Limits of the commanded force and torque.
     pub limits: Limits,
-    /// How the limits are kept.
+    /// How a wrench that exceeds the limits is reduced.
     pub saturation: Saturation,
-    /// Point at which the hand holds the probe, m, in the probe's frame. The device's pose
-    /// ([`super::ProbeState::of_grip`]), its torque and the linear part of its twist are all taken
-    /// at this point. By default the origin of the probe's frame.
+    /// Point at which the hand holds the probe, m, in the probe's frame; by default the origin. The
+    /// device's pose ([`super::ProbeState::of_grip`]), its torque and the linear part of its twist
+    /// are taken at this point.
     pub grip_a: DVec3,
-    /// The most contacts of one tick. If there are more, the deepest are kept.
+    /// Largest number of contacts in a tick. If there are more, the deepest are kept.
     pub capacity: usize,
-    /// Time that a step should take, ns; `None`: a share of the loop's period. The engine ignores
-    /// it. The loop passes it to a [`super::Pacer`], which computes how much work each step may do.
+    /// Target time of a step, ns; `None`: a fixed fraction of the loop's period. The engine ignores
+    /// this field. The loop passes it to a [`super::Pacer`], which limits the work of each step.
     pub time_budget: Option<u64>,
 }
 
 impl Default for Settings {
-    /// For a hand-sized probe on a Phantom Premium 1.5/6DOF: 1 mm tolerance, 4 mm clusters, 800
-    /// N/m.
+    /// Returns settings for a hand-sized probe on a Phantom Premium 1.5/6DOF: a tolerance of 1 mm,
+    /// clusters of 4 mm, and 800 N/m.
     fn default() -> Self {
         Self {
             contact_tolerance: 1e-3,
@@ -87,20 +87,19 @@ impl Default for Settings {
     }
 }
 
-/// How contacts that are near each other share their force.
+/// How contacts share their force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Clustering {
-    /// Exact single linkage, each cluster with the force of its deepest member: the paper's. The
-    /// force jumps when clusters meet or part.
+    /// The paper's rule: exact single linkage, where each cluster has the force of its deepest
+    /// member. The force jumps when clusters merge or split.
     Linkage,
-    /// Every contact pushes along its own direction, with a share of the load of all contacts that
-    /// push the same way, at any distance. The force is continuous, and its stiffness does not
-    /// depend on how a surface is meshed ([`crate::force::LoadSharing`]).
+    /// Every contact pushes along its own direction. Contacts that push in the same direction share
+    /// one load, at any distance from each other. The force is continuous, and its stiffness does
+    /// not depend on the mesh of a surface ([`crate::force::LoadSharing`]).
     ///
-    /// This is the default, since it gives better measurements wherever the two differ
-    /// (`docs/feel.md`).
+    /// This rule is the default: in `docs/feel.md`, it measures better wherever both rules differ.
     #[default]
     Smooth,
 }
@@ -116,39 +115,38 @@ impl Clustering {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("setting `{field}` is {value}, but must be {rule}")]
 pub struct SettingsError {
-    /// Name of the field, with a dot before a field of a field.
+    /// Name of the field. A nested field follows its parent after a dot.
     pub field: &'static str,
-    /// The value that was given.
+    /// The invalid value.
     pub value: f64,
-    /// The rule that it breaks.
+    /// The rule for valid values.
     pub rule: &'static str,
 }
 
 /// Upper limit of the contact capacity: memory for all contacts is allocated at the start.
 const MOST_CONTACTS: usize = 1 << 20;
 
-/// ns: a smaller value is a mistaken unit.
+/// Least time budget, ns; smaller values are probably in a wrong unit.
 const LEAST_BUDGET: u64 = 1000;
 
 impl Settings {
-    /// Settings for a tool on a device of these limits, whose loop turns every `period` seconds,
-    /// with contacts of this tolerance (m): with a coupling, and as stiff as the device can
-    /// display. A scene that contains only two meshes gets these settings.
+    /// Settings for a tool with a coupling, as stiff as a device with these limits can display.
+    /// `period` is the period of the loop (s), and `contact_tolerance` is in m. A scene that
+    /// contains only two meshes gets these settings.
     ///
-    /// A good tolerance is a hundredth of the smaller body.
+    /// A good tolerance is a hundredth of the smaller body's size.
     #[must_use]
     pub fn coupled(limits: Limits, period: f64, contact_tolerance: f64) -> Self {
         let default = Self::default();
         let stiffness = VirtualCoupling::contact_stiffness(&limits, contact_tolerance).unwrap_or(default.stiffness);
         let coupling = Some(VirtualCoupling::tuned(&limits, period, contact_tolerance));
-        // A device without torque would saturate in every tick; show the torque in the window
-        // instead.
+        // A device without torque would saturate in every tick, so the torque is only displayed.
         let saturation = if limits.torque > 0.0 { default.saturation } else { Saturation::UnderActuated };
         Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
     }
 
-    /// The same settings with friction of these coefficients; a sticking contact is as stiff as a
-    /// pressing one.
+    /// Returns these settings with friction of these coefficients. The tangential stiffness equals
+    /// the normal stiffness.
     #[must_use]
     pub fn with_friction(self, static_coefficient: f64, dynamic_coefficient: f64) -> Self {
         let tangential_stiffness = self.stiffness;
@@ -156,10 +154,9 @@ impl Settings {
         Self { friction: Some(friction), ..self }
     }
 
-    /// Returns the settings for contacts in the implicit step. With a coupling, contacts are at
-    /// least so stiff that the tool sinks half the contact offset under the largest force, in
-    /// tangential directions too. The coupling is softened to compensate
-    /// ([`VirtualCoupling::softened`]).
+    /// Returns the settings for contacts in the implicit step. With a coupling, the largest force
+    /// moves the tool by at most half the contact offset, in normal and tangential directions. The
+    /// coupling is softened to compensate ([`VirtualCoupling::softened`]).
     pub(super) fn held(&self) -> Self {
         let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
         if !(hard.is_finite() && hard > self.stiffness) {
@@ -221,22 +218,22 @@ impl Settings {
         check(budget >= LEAST_BUDGET, "time_budget", budget as f64, "at least 1000 ns")
     }
 
-    /// Settings of the clustering.
+    /// Returns the settings of the clustering.
     pub fn linkage(&self) -> LinkageSettings {
         let (radius, most) = match self.clustering {
             Clustering::Linkage => (self.cluster_radius, usize::MAX),
-            // Nothing is linked: every contact is a cluster of its own.
+            // With radius 0, every contact is a separate cluster.
             Clustering::Smooth => (0.0, CROWD_MOST),
         };
         LinkageSettings { tolerance: self.contact_tolerance, radius, split_angle: self.split_angle, most }
     }
 
-    /// m: contacts push below this separation.
+    /// Returns the separation below which contacts push, m.
     pub fn skin(&self) -> f64 {
         self.coupling.map_or(self.contact_tolerance, |coupling| coupling.skin)
     }
 
-    /// Settings of the penalty force.
+    /// Returns the settings of the penalty force.
     pub fn penalty(&self) -> PenaltySettings {
         PenaltySettings { stiffness: self.stiffness, damping: self.damping }
     }
@@ -263,7 +260,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_setting_that_cannot_be_is_named() {
+    fn invalid_setting_is_named() {
         let good = Settings::default();
         assert_eq!(good.validate(), Ok(()));
         let friction = |static_coefficient, dynamic_coefficient, tangential_stiffness| Settings {

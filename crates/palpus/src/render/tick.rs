@@ -1,11 +1,11 @@
-//! Everything that one turn of the loop produced.
+//! All results of one step of the loop.
 //!
-//! **Frames.** Contacts, clusters, forces and wrenches are in b's frame, which is the scene's: the
-//! environment does not move. In a [`World`](super::World) they are in the world's frame. The
-//! probe's pose is a's in b, `pose_ba`; a caller whose device or camera uses another frame
-//! converts. A device holds the grip: [`ProbeState::of_grip`] converts the grip's pose into the
-//! probe's. Wrenches for the device are about the grip ([`super::Settings::grip_a`]); those in
-//! [`Forces::net`] are about each body's centre of mass.
+//! **Frames.** Contacts, clusters, forces and wrenches are in b's frame, which is the scene's
+//! frame, because the environment does not move. In a [`World`](super::World) they are in the
+//! world's frame. The probe's pose `pose_ba` places a in b's frame. A caller whose device or camera
+//! uses another frame must convert. A device measures the grip; [`ProbeState::of_grip`] converts
+//! the grip's pose into the probe's pose. Wrenches for the device are about the grip
+//! ([`super::Settings::grip_a`]). Wrenches in [`Forces::net`] are about each body's centre of mass.
 
 use glam::DVec3;
 
@@ -18,38 +18,39 @@ use crate::force::{FrictionCounters, LinkageCounters};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ProbeState {
-    /// a placed in b's frame: the origin is that of the probe's mesh, not the grip.
+    /// The pose of the frame of the probe's mesh (not of the grip) in b's frame.
     pub pose_ba: Pose,
-    /// The probe's velocity along b's axes, m/s and rad/s; the linear part is that of the grip.
-    /// Only dampers read it.
+    /// The probe's velocity along b's axes, m/s and rad/s; the linear part is the grip's velocity.
+    /// Only damping uses it.
     pub twist: Twist,
 }
 
 impl ProbeState {
-    /// At rest.
+    /// Returns a probe at rest.
     pub fn at(pose_ba: Pose) -> Self {
         Self { pose_ba, twist: Twist::default() }
     }
 
-    /// Returns the state of a probe whose grip has this pose and twist in b's frame: what a device
-    /// says, which holds the probe at `grip_a` ([`super::Settings::grip_a`]) with the probe's axes.
+    /// Returns the state of a probe from the pose and twist of its grip in b's frame, as a device
+    /// measures them. The grip is at `grip_a` ([`super::Settings::grip_a`]) and has the probe's
+    /// axes.
     pub fn of_grip(grip_b: &Pose, twist: &Twist, grip_a: DVec3) -> Self {
         Self { pose_ba: grip_b.with_origin(-grip_a), twist: *twist }
     }
 }
 
-/// Times of the stages of a tick, ns, by the caller's clock.
+/// Times of the stages of a tick, ns, measured with the caller's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StageTimes {
     /// The descent through both hierarchies and the distance marches.
     pub query: u64,
     /// The depth walks.
     pub depth: u64,
-    /// Shading, clusters, penalty, friction.
+    /// Shading, clusters, penalty forces and friction.
     pub force: u64,
-    /// Computing the device's wrench from the wrench of the contacts.
+    /// Computation of the device's wrench from the wrench of the contacts.
     pub couple: u64,
-    /// Keeping it within the limits.
+    /// Limiting the wrench.
     pub saturate: u64,
     /// The whole step.
     pub total: u64,
@@ -58,13 +59,14 @@ pub struct StageTimes {
 /// Events in one step of the tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ToolCounters {
-    /// Times that the system was solved.
+    /// Number of times that the system was solved.
     pub rounds: u32,
-    /// Clusters that stopped pressing within the step.
+    /// Clusters that lost contact within the step.
     pub released: u32,
-    /// 1 if the last round still changed something.
+    /// 1 if the last round still changed the set of pressing contacts or a friction force.
     pub unsettled: u32,
-    /// 1 if the step was shortened, so that nothing moves beyond the look-ahead distance.
+    /// 1 if the step was shortened, so that no point moves farther than the distance within which
+    /// contacts are searched.
     pub bounded: u32,
     /// 1 if the system had no finite solution; the tool was then moved to the device's pose.
     pub reset: u32,
@@ -73,44 +75,45 @@ pub struct ToolCounters {
 /// Counters of a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Leaf pairs, marches, fallbacks, walks, depths moved off virtual features.
+    /// Counters of the queries.
     pub query: QueryCounters,
-    /// Contacts admitted and left out, groups cut.
+    /// Numbers of admitted contacts, of contacts that were left out, and of groups that were cut.
     pub linkage: LinkageCounters,
-    /// Friction contacts: sliding, continued from a predecessor, and new.
+    /// Numbers of contacts that slide, that took over the strain of another contact, and that began
+    /// without strain.
     pub friction: FrictionCounters,
     /// Clusters whose normals cancelled, so that the deepest member's normal was used.
     pub cancelled_normals: u32,
-    /// Rounds, releases and resets of the tool.
+    /// Counters of the tool's step.
     pub tool: ToolCounters,
-    /// 1 if the force was cut to its limit.
+    /// 1 if the force was reduced to its limit.
     pub saturated_force: u32,
-    /// 1 if the torque was cut to its limit.
+    /// 1 if the torque was reduced to its limit.
     pub saturated_torque: u32,
-    /// 1 if the computed wrench was not finite, and none was commanded.
+    /// 1 if the computed wrench was not finite; then a zero wrench was commanded.
     pub non_finite_wrench: u32,
-    /// 1 if the probe's pose was invalid (nothing was queried), or its twist was not finite
-    /// (treated as rest).
+    /// 1 if the probe's pose was invalid (then nothing was queried), or if its twist was not finite
+    /// (then it was replaced by rest).
     pub bad_state: u32,
 }
 
-/// One turn of the loop. See the module's description for frames.
+/// Results of one step of the loop. See the module's description for frames.
 #[derive(Clone, Debug)]
 pub struct Tick {
-    /// 0 for the first step of a renderer.
+    /// Index of the step; 0 for the first step of a renderer.
     pub index: u64,
-    /// The step's length as given, s.
+    /// Length of the step, as given by the caller, s.
     pub dt: f64,
-    /// As given, except that a twist that was not finite is replaced by rest.
+    /// The probe's state, as given by the caller. A twist that was not finite is replaced by rest.
     pub probe: ProbeState,
-    /// The pose of the query: a placed in b's frame. The tool's pose with a coupling, else the
-    /// probe's.
+    /// The pose of the query: a placed in b's frame. With a coupling, this is the tool's pose,
+    /// otherwise the probe's pose.
     pub tool_ba: Pose,
     /// The wrench for the device, about the grip and within the limits.
     pub commanded: Wrench,
     /// The wrench about the grip, before the limits are applied.
     pub computed: Wrench,
-    /// N: the part of the force that is the vibration of impacts ([`super::Material`]).
+    /// The part of the force that comes from the vibration of impacts ([`super::Material`]), N.
     pub transient: DVec3,
     /// All contacts nearer than the tolerance.
     pub contacts: Vec<Contact>,
@@ -118,23 +121,23 @@ pub struct Tick {
     pub work: u64,
     /// The work limit of the query; `None` if it was unlimited.
     pub work_allowed: Option<u64>,
-    /// m: lower bound of the separation of everything that the step did not examine because its
-    /// work limit ([`super::Renderer::allow`]) was reached. Infinite if it examined everything.
+    /// Lower bound of the separation of everything that the step did not examine because it reached
+    /// its work limit ([`super::Renderer::allow`]), m. Infinite if the step examined everything.
     pub unseen_separation: f64,
     /// Clusters, their forces, and the wrenches on both bodies.
     pub forces: Forces,
-    /// Number of contacts with other tools. In these the index of b's piece is that of the other
+    /// Number of contacts with other tools. In these contacts, `piece_b` is the index of the other
     /// tool's piece.
     pub contacts_between: u32,
     /// Wrench from other tools, about this tool's centre of mass; part of [`Forces::net`].
     pub from_other: Wrench,
-    /// J: work of other tools on this one, by translation at the grip and by rotation. With a
-    /// coupling, during this step; otherwise since the last step.
+    /// Work of other tools on this tool, J: by translation of the grip and by rotation. With a
+    /// coupling, this is the work during the step, otherwise the work since the last step.
     pub work_from_other: [f64; 2],
     /// Wrench from driven and free objects, about the tool's centre of mass; part of
     /// [`Forces::net`].
     pub from_objects: Wrench,
-    /// J: work of these objects on the tool, defined like [`Self::work_from_other`].
+    /// Work of driven and free objects on the tool, J, defined like [`Self::work_from_other`].
     pub work_from_objects: [f64; 2],
     /// Times of the stages.
     pub times: StageTimes,
@@ -142,7 +145,7 @@ pub struct Tick {
     pub counters: Counters,
 }
 
-/// Summary of a tick that can be copied without visiting every contact.
+/// Summary of a tick without lists, cheap to copy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TickSummary {
     /// See [`Tick::index`].
@@ -159,7 +162,7 @@ pub struct TickSummary {
     pub computed: Wrench,
     /// Number of contacts.
     pub contacts: u32,
-    /// Number of these contacts that are with another tool.
+    /// Number of contacts with other tools.
     pub contacts_between: u32,
     /// Number of clusters.
     pub clusters: u32,
@@ -182,15 +185,15 @@ pub struct TickSummary {
 }
 
 impl TickSummary {
-    /// Share of the contacts that were extrapolated from the step before, because the work limit
-    /// was reached.
+    /// Returns the fraction of the contacts that were extrapolated from the last step because the
+    /// work limit was reached.
     pub fn carried(&self) -> f64 {
         if self.contacts > 0 { f64::from(self.counters.query.held) / f64::from(self.contacts) } else { 0.0 }
     }
 }
 
 impl Tick {
-    /// An empty tick with memory for `capacity` contacts.
+    /// Returns an empty tick with memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             index: 0,
@@ -215,18 +218,18 @@ impl Tick {
         }
     }
 
-    /// Separation of the deepest contact, m; infinite without contacts.
+    /// Returns the separation of the deepest contact, m; infinite without contacts.
     pub fn separation(&self) -> f64 {
         self.forces.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
     }
 
-    /// True if the work limit was reached: some contacts are extrapolated from the last step, or
-    /// something was not examined.
+    /// Returns true if the step reached its work limit: some contacts are extrapolated from the
+    /// last step, or some parts were not examined.
     pub fn is_late(&self) -> bool {
         self.counters.query.traversal.postponed > 0
     }
 
-    /// The part that is cheap to copy.
+    /// Returns a summary without lists.
     pub fn summary(&self) -> TickSummary {
         TickSummary {
             index: self.index,
@@ -253,7 +256,7 @@ impl Tick {
     pub(super) fn begin(&mut self, index: u64, probe: &ProbeState, dt: f64) {
         self.index = index;
         self.dt = dt;
-        // A single-precision quaternion from a device would scale what it rotates.
+        // A single-precision quaternion from a device is not exactly unit, and would scale vectors.
         let pose_ba = if probe.pose_ba.is_valid() { probe.pose_ba.unstretched() } else { probe.pose_ba };
         self.probe = ProbeState { pose_ba, ..*probe };
         self.tool_ba = pose_ba;

@@ -1,40 +1,39 @@
 //! The tool: the probe as a rigid body between device and contacts, moved implicitly \[Colgate
 //! 1995; Otaduy and Lin 2006, "OL06"\].
 //!
-//! Once a tick, after the contacts at the tool's present pose are known, one step of backward Euler
-//! over h seconds with one Newton iteration. Every force is linearised in the velocity V′ that the
-//! tool has at the end of the step:
+//! In each tick, the tool makes one step of backward Euler over h seconds with one Newton
+//! iteration. The contacts at its present pose are known. Every force is linearised in the velocity
+//! V′ of the tool at the end of the step:
 //!
-//! 1. *Inertia*: M (V′ − V) / h, where M grows from zero at the contact tolerance to the tool's
-//!    mass at the contact offset. A tool in free air has no mass; with a mass, each step of the
-//!    device's encoders would throw it, and the hand would feel that. Mass that is added starts at
-//!    rest, and mass that is removed takes its momentum along, so that neither adds energy.
-//! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, the same for rotation, with e from the
-//!    tool's grip to the device's.
+//! 1. *Inertia*: M (V′ − V) / h. M is zero if the nearest contact is at the tolerance, and grows to
+//!    the tool's mass at the contact offset. In free air the tool has no mass; otherwise each
+//!    increment of the device's encoders would accelerate it, and the hand would feel that. Added
+//!    mass starts at rest, and removed mass takes its momentum away, so neither adds energy.
+//! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, where e is the vector from the tool's
+//!    grip to the device's grip. The formula for rotation is analogous.
 //! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. A
-//!    contact that would pull is left out; a contact that does not push yet is included if the tool
-//!    comes near enough. The set of pressing contacts is found by solving again, a bounded number
-//!    of times.
+//!    contact that would pull is left out. A contact that does not push yet is included if the step
+//!    brings the tool near enough. The system is solved again, in a bounded number of rounds, until
+//!    the set of pressing contacts does not change.
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, where c
-//!    is the contact's k_t while it sticks. When it slides, c is smaller, so that force and torque
-//!    together reach μ F_n. The same rounds find c; rounds that oscillate are relaxed
+//!    is the contact's k_t while it sticks. While it slides, c is smaller, so that force and torque
+//!    together reach μ F_n. The same rounds determine c. Rounds that oscillate are relaxed
 //!    (`world/relax.rs`).
-//! 5. *Solve* the 6 × 6 system and move the tool, but no point of it farther than the look-ahead
-//!    distance of contacts. That distance is at least two contact offsets, and twice the motion of
-//!    the last step, so that the tool cannot pass anything at any speed. If the query's work is
-//!    limited and nothing is near, the tool does not come nearer than the contact offset to
-//!    unexamined surface, and waits for its examination. In contact it moves on slowly, since a
-//!    force that stopped it there would come from no contact. The device feels the coupling's force
-//!    at V′, reversed.
+//! 5. *Solve* the 6 × 6 system and move the tool. No point of the tool moves farther than the
+//!    distance within which the query finds contacts: at least two contact offsets, and twice the
+//!    motion of the last step. So the tool cannot pass through anything at any speed. If the
+//!    query's work is limited and nothing is near, the tool stops one contact offset before
+//!    unexamined surfaces. In contact it moves on slowly, because a stop there would give a force
+//!    without a contact. The device gets the reversed coupling force at V′.
 //!
-//! All matrices that are added are positive semi-definite, the coupling's is definite: the step has
-//! a solution at any stiffness, even with mass 0, and errors do not grow. The spring's force is
-//! limited to what the device can give at present. So a hand that presses harder than the device
-//! can does not press the tool into the wall.
+//! All matrices of the sum are positive semi-definite, and the coupling's matrix is definite. So
+//! the step has a solution at any stiffness, even with mass 0, and errors do not grow. The spring's
+//! force is limited to the device's present force limit. So a hand that is stronger than the device
+//! does not press the tool into the wall.
 //!
-//! Deviations from OL06: the derivatives of normals and lever arms are left out (they can make the
-//! matrix indefinite, and are small over a tick), and so is the gyroscopic torque (at the speeds of
-//! a hand, less than a device's friction).
+//! Deviations from OL06: the derivatives of normals and lever arms are left out, because they are
+//! small over a tick and can make the matrix indefinite. The gyroscopic torque is left out, because
+//! at the speeds of a hand it is smaller than a device's friction.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -44,31 +43,31 @@ use super::{Limits, ProbeState, Settings, VirtualCoupling};
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
 
-/// The probe as a body of its own.
+/// The probe as a simulated body.
 #[derive(Clone, Debug)]
 pub(super) struct Tool {
     coupling: VirtualCoupling,
     limits: Limits,
-    /// The device's present limits, if they are below the nominal ones.
+    /// The device's present limits, if they are below the nominal limits.
     available: Limits,
     /// The grip, in a's frame.
     grip_a: DVec3,
     /// The centre of mass, in a's frame.
     center_a: DVec3,
-    /// kg·m² about the centre of mass, along a's axes.
+    /// Inertia about the centre of mass, along a's axes, kg·m².
     inertia_a: DMat3,
-    /// a placed in b's frame; `None` before the first step.
+    /// Pose of a in b's frame; `None` before the first step.
     pose_ba: Option<Pose>,
-    /// Its linear part is that of the centre of mass.
+    /// Velocity; the linear part is that of the centre of mass.
     twist: Twist,
-    /// How far the tool may move in a step.
+    /// Bound on the motion of the tool in a step.
     pub(super) reach: Reach,
     anchor: Anchor,
     /// The coupling's spring and damper in the current step.
     bond: Bond,
 }
 
-/// Step 2, ready to be added.
+/// The coupling's terms of step 2.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bond {
     /// Vector from the centre of mass to the grip, m.
@@ -86,7 +85,7 @@ struct Bond {
 }
 
 impl Tool {
-    /// A tool that starts at the device's first pose.
+    /// Returns a tool that starts at the device's first pose.
     pub(super) fn new(probe: &Body, coupling: VirtualCoupling, settings: &Settings) -> Self {
         let mut tool = Self {
             coupling,
@@ -117,12 +116,13 @@ impl Tool {
         self.reach.set_skin(coupling.skin);
     }
 
-    /// Limits the coupling to what the device can give at present (`available`).
+    /// Limits the coupling to the device's present limits, `available`.
     pub(super) fn set_available(&mut self, available: &Limits) {
         self.available = *available;
     }
 
-    /// Returns the tool's pose; that of the device before the first step and after [`Self::clear`].
+    /// Returns the tool's pose. Before the first step and after [`Self::clear`], returns the
+    /// device's pose.
     pub(super) fn pose_ba(&mut self, device: &ProbeState) -> Pose {
         if let Some(pose) = self.pose_ba {
             return pose;
@@ -139,8 +139,8 @@ impl Tool {
         self.pose_ba = None;
     }
 
-    /// Begins a step of `h` s at the tool's pose: computes the parts of its matrix and right side
-    /// that do not depend on which contacts press or slide. `free` is true if nothing is near.
+    /// Begins a step of `h` s at the tool's pose. Returns the matrix and the right side without
+    /// contacts. `free` is true if nothing is near.
     pub(super) fn begin(&mut self, device: &ProbeState, free: bool, h: f64) -> (SpatialMatrix, Wrench) {
         let pose = self.pose_ba(device);
         if free {
@@ -151,14 +151,14 @@ impl Tool {
     }
 
     /// Moves the tool with `twist`, the step's solution, and returns the wrench on the device about
-    /// its grip. `pose` and `center` (the centre of mass) are those at the beginning of the step.
+    /// its grip. `pose` and `center` (the centre of mass) are at the beginning of the step.
     pub(super) fn end(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64) -> Wrench {
         let felt = -self.bond.wrench(&twist, h);
         self.advance(pose, center, twist, h);
         felt
     }
 
-    /// m: from the centre of mass to the grip, in the present step.
+    /// Returns the vector from the centre of mass to the grip in the present step, m.
     pub(super) fn grip_offset(&self) -> DVec3 {
         self.bond.offset
     }
@@ -166,7 +166,7 @@ impl Tool {
     fn bond(&mut self, device: &ProbeState, pose: &Pose) -> Bond {
         let VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, .. } = self.coupling;
         let most_force = self.limits.force.min(self.available.force);
-        // A torque limit of 0 means that no torque is felt, but the tool must still be aligned.
+        // With a torque limit of 0, the hand feels no torque, but the tool must still be aligned.
         let felt = self.limits.torque > 0.0;
         let most_torque = if felt { self.limits.torque.min(self.available.torque) } else { f64::INFINITY };
         let ahead = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);
@@ -184,7 +184,7 @@ impl Tool {
         }
     }
 
-    /// Steps 1 and 2: the system without contacts, its right side times h.
+    /// Steps 1 and 2: returns the system without contacts; the right side is multiplied by h.
     fn unhindered(&self, pose: &Pose, h: f64) -> (SpatialMatrix, Wrench) {
         let bond = &self.bond;
         let rotation = DMat3::from_quat(pose.rotation);
@@ -209,8 +209,8 @@ impl Tool {
 }
 
 impl Bond {
-    /// The coupling's wrench on the tool at the end of a step of `h` seconds with `twist`, about
-    /// the grip.
+    /// Returns the coupling's wrench on the tool at the end of a step of `h` seconds with `twist`,
+    /// about the grip.
     fn wrench(&self, twist: &Twist, h: f64) -> Wrench {
         let grip = twist.at(self.offset);
         Wrench {
@@ -221,14 +221,13 @@ impl Bond {
     }
 }
 
-/// m: from the body's centre of mass to the farthest corner of its box.
+/// Returns the distance from the body's centre of mass to the farthest corner of its box, m.
 pub(super) fn radius(body: &Body) -> f64 {
     let (bounds, center) = (body.mesh().bounds(), body.mass().center_of_mass);
     (bounds.max - center).max(center - bounds.min).length()
 }
 
-/// The stiffness with which a spring of `stiffness` stretched to `stretch` pulls with no more than
-/// `most`.
+/// Returns `stiffness`, reduced so that a spring stretched to `stretch` pulls with at most `most`.
 fn levelled(stiffness: f64, stretch: DVec3, most: f64) -> f64 {
     let length = stretch.length();
     if stiffness * length > most { most / length } else { stiffness }

@@ -1,4 +1,4 @@
-//! The tool against answers known beforehand and against the same equations in small steps.
+//! Compares the tool with known results, and with the same equations in smaller steps.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::force::FrictionSettings;
 
 const DT: f64 = 1e-3;
 const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
-/// The box's half sizes, m; its frame's origin, where it is held, is its middle.
+/// The box's half sizes, m. The origin of its frame and its grip are in its middle.
 const HALF: DVec3 = DVec3::new(0.03, 0.02, 0.015);
 
 fn cuboid(low: DVec3, high: DVec3) -> Arc<Body> {
@@ -30,7 +30,7 @@ fn block() -> Arc<Body> {
     cuboid(-HALF, HALF)
 }
 
-/// Its top is z = 0.
+/// Returns a floor whose top is z = 0.
 fn floor() -> Arc<Body> {
     cuboid(DVec3::new(-0.2, -0.2, -0.05), DVec3::new(0.2, 0.2, 0.0))
 }
@@ -56,7 +56,7 @@ fn above(height: f64) -> Pose {
 }
 
 #[test]
-fn at_rest_in_free_space_nothing_is_felt() {
+fn force_in_free_space_is_zero() {
     let mut renderer = coupled(|_| ());
     let pose = Pose::new(DQuat::from_rotation_x(0.3), DVec3::new(0.01, -0.02, 0.1));
     for _ in 0..10 {
@@ -64,7 +64,7 @@ fn at_rest_in_free_space_nothing_is_felt() {
         assert_eq!(tick.tool_ba, pose);
         assert!(tick.commanded.force.length() < 1e-12 && tick.commanded.torque.length() < 1e-12);
     }
-    // And after a motion it comes to rest: the bar is 1 mN and 0.1 mN·m.
+    // After a motion, the tool comes to rest within 1 mN and 0.1 mN·m.
     for k in 0..300 {
         let s = f64::from(k) / 300.0;
         let moved = Pose { translation: pose.translation + DVec3::X * (0.05 * s), ..pose };
@@ -83,7 +83,7 @@ fn at_rest_in_free_space_nothing_is_felt() {
 }
 
 #[test]
-fn pressed_on_a_floor_the_springs_in_a_row_balance() {
+fn springs_in_series_balance_on_a_floor() {
     for (mass, stiffness) in [(None, 5000.0), (Some(0.0), 5000.0), (None, 1e5), (Some(0.5), 5000.0)] {
         let mut renderer = coupled(|settings| {
             settings.stiffness = stiffness;
@@ -97,7 +97,7 @@ fn pressed_on_a_floor_the_springs_in_a_row_balance() {
             renderer.step(&at(above(-3e-3)), DT, &NoClock);
         }
         let tick = renderer.tick();
-        // The contact begins one skin above the floor.
+        // The contact begins one contact offset above the floor.
         let row = coupling.stiffness * stiffness / (coupling.stiffness + stiffness);
         let expected = row * (3e-3 + coupling.skin);
         let felt = tick.commanded;
@@ -108,7 +108,7 @@ fn pressed_on_a_floor_the_springs_in_a_row_balance() {
 }
 
 #[test]
-fn a_hand_that_presses_harder_than_the_device_does_not_press_the_tool_in() {
+fn strong_hand_does_not_press_the_tool_in() {
     let mut renderer = coupled(|settings| {
         settings.stiffness = VirtualCoupling::contact_stiffness(&LIMITS, settings.contact_tolerance).unwrap();
     });
@@ -116,16 +116,16 @@ fn a_hand_that_presses_harder_than_the_device_does_not_press_the_tool_in() {
     for k in 0..2000 {
         let depth = (f64::from(k) * 2e-5).min(0.03);
         let tick = renderer.step(&at(above(-depth)), DT, &NoClock);
-        // 8.5 N come half way into the skin; more than that is only felt while it is still moving.
+        // At 8.5 N the tool sinks in by half the contact offset. The tool sinks in farther only
+        // while it is still moving.
         assert!(tick.contacts.is_empty() || tick.separation() > 0.04e-3, "tick {k}: {}", tick.separation());
         assert!(tick.commanded.force.length() <= LIMITS.force);
     }
 }
 
 #[test]
-fn one_step_is_what_many_small_ones_are() {
-    // The same equations with a thousandth of the step: backward Euler converges with the first
-    // order.
+fn one_step_nearly_equals_many_small_steps() {
+    // The same equations with a thousandth of the step: backward Euler converges with first order.
     let device = |time: f64| {
         let swing = (TAU * 3.0 * time).sin();
         let pose = Pose::new(
@@ -157,7 +157,7 @@ fn one_step_is_what_many_small_ones_are() {
 }
 
 #[test]
-fn friction_holds_within_its_cone_and_slides_at_its_edge() {
+fn friction_sticks_in_its_cone_and_slides_at_its_limit() {
     let friction = FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.4, tangential_stiffness: 5000.0 };
     let mut renderer = coupled(|settings| settings.friction = Some(friction));
     let pressed = |x: f64| at(Pose { translation: above(-3e-3).translation + DVec3::X * x, ..Pose::IDENTITY });
@@ -165,15 +165,15 @@ fn friction_holds_within_its_cone_and_slides_at_its_edge() {
     for _ in 0..300 {
         renderer.step(&pressed(0.0), DT, &NoClock);
     }
-    // 1 mm sideways: 5000 against 1000 N/m would hold 0.83 N of 3.3 N, which sticks; the block
-    // leans a little.
+    // 1 mm sideways: 5000 N/m in series with 1000 N/m gives 0.83 N at a load of 3.3 N. So the block
+    // sticks and leans a little.
     for k in 0..300 {
         renderer.step(&pressed((f64::from(k) * 1e-5).min(1e-3)), DT, &NoClock);
     }
     let held = renderer.tick().commanded.force;
     assert!(held.x < -0.5 && held.x > -1e-3 * 5000.0 * 1000.0 / 6000.0 && held.z > 2.5, "{held}");
     assert_eq!(renderer.tick().counters.friction.sliding, 0);
-    // 20 mm sideways: it slides, with the dynamic coefficient.
+    // 20 mm sideways: the block slides with the dynamic coefficient.
     let mut ratios = Vec::new();
     for k in 0..1200 {
         let x = 1e-3 + (f64::from(k) * 2e-5).min(0.02);
@@ -187,9 +187,9 @@ fn friction_holds_within_its_cone_and_slides_at_its_edge() {
 }
 
 #[test]
-fn tilting_through_flat_no_tick_jumps() {
-    // The torque's step is bounded by what the coupling makes of the motion of one tick, times a
-    // few.
+fn tilting_through_flat_is_continuous() {
+    // The torque's change per tick is at most a few times the coupling's torque for the motion of
+    // one tick.
     let mut renderer = coupled(|settings| settings.clustering = Clustering::Smooth);
     let coupling = renderer.settings().coupling.unwrap();
     let rate = 0.5;
@@ -216,7 +216,7 @@ fn tilting_through_flat_no_tick_jumps() {
 }
 
 #[test]
-fn nonsense_resets_and_is_counted_and_the_next_state_is_felt_again() {
+fn nonsense_resets_the_tool_and_is_counted() {
     let mut renderer = coupled(|_| ());
     renderer.step(&at(above(0.01)), DT, &NoClock);
     let far = Pose { translation: DVec3::splat(1e200), ..above(0.0) };
@@ -231,7 +231,7 @@ fn nonsense_resets_and_is_counted_and_the_next_state_is_felt_again() {
 }
 
 #[test]
-fn what_a_device_allows_is_what_a_coupling_is() {
+fn coupling_follows_the_limits_of_the_device() {
     let of = |force, torque, period| VirtualCoupling::tuned(&Limits { force, torque }, period, 1e-3);
     for limits in [(8.5, 0.188), (3.3, 0.0), (12.0, 0.0), (0.0, 0.0), (f64::INFINITY, f64::INFINITY), (22.0, 0.188)] {
         for period in [1e-4, 1e-3, 2e-3] {
@@ -241,7 +241,7 @@ fn what_a_device_allows_is_what_a_coupling_is() {
             assert_eq!(coupling.mass, 0.0);
         }
     }
-    // Slower loops bear less.
+    // Slower loops allow a lower stiffness.
     assert!(of(8.5, 0.188, 2e-3).stiffness < of(8.5, 0.188, 1e-3).stiffness);
     let settings =
         Settings { coupling: Some(VirtualCoupling { mass: -1.0, ..of(8.5, 0.1, 1e-3) }), ..Settings::default() };
@@ -249,8 +249,8 @@ fn what_a_device_allows_is_what_a_coupling_is() {
 }
 
 #[test]
-fn a_pressed_plate_stands_flat() {
-    // 2 N on a plate of 60 mm hold it against 60 mN·m before it tips over its edge.
+fn pressed_plate_stays_flat() {
+    // 2 N on a plate of 60 mm resist a torque of 60 mN·m before the plate tips over its edge.
     let half = DVec3::new(0.03, 0.03, 0.0025);
     let mut settings =
         Settings { limits: LIMITS, coupling: Some(VirtualCoupling::tuned(&LIMITS, DT, 1e-3)), ..Settings::default() };

@@ -1,5 +1,5 @@
-//! Two tools: alone each as ever, together equal and opposite, at rest still, and pushed along
-//! without a brake.
+//! Tests two tools. Apart, each behaves like a single tool. In contact, their forces are equal and
+//! opposite, tools at rest stay at rest, and tools that move together are not braked.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ const HALF: DVec3 = DVec3::new(0.02, 0.015, 0.01);
 const FRICTION: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.4, tangential_stiffness: 800.0 };
 
-/// Two tools and a fixed environment, whose frame is the world's.
+/// Two tools and a fixed environment. The environment's frame is the world's frame.
 struct Two {
     world: World,
     tools: [ToolId; 2],
@@ -53,7 +53,7 @@ impl Two {
 
     fn settings_between(&self) -> &Settings {
         let [one, other] = self.tools.map(|tool| self.world.body_of(tool));
-        self.world.settings_between(one, other).expect("two tools have to do with each other")
+        self.world.settings_between(one, other).expect("the pair of tools has settings")
     }
 }
 
@@ -82,7 +82,7 @@ fn block() -> Arc<Body> {
     boxes(&[(-HALF, HALF)], &Pose::IDENTITY)
 }
 
-/// Its top is z = 0.
+/// A floor whose top is z = 0.
 const FLOOR: (DVec3, DVec3) = (DVec3::new(-0.2, -0.2, -0.05), DVec3::new(0.2, 0.2, 0.0));
 
 fn direct() -> Settings {
@@ -99,7 +99,7 @@ fn coupled() -> Settings {
     }
 }
 
-/// Two blocks over a floor.
+/// Returns two blocks over a floor.
 fn blocks(change: impl Fn(&mut Settings), coupling: bool) -> Two {
     let block = block();
     let mut settings = if coupling { coupled() } else { direct() };
@@ -115,7 +115,8 @@ fn still(pose: Pose) -> ProbeState {
     ProbeState::at(pose)
 }
 
-/// The sum of what two tools do to each other, about the first one's centre of mass: force, torque.
+/// Returns the magnitudes of the sum of both tools' mutual wrenches, about the first tool's
+/// centre of mass: force (N) and torque (N·m).
 fn imbalance(ticks: [&Tick; 2]) -> (f64, f64) {
     let [first, second] = ticks;
     // The blocks' centres of mass are their frames' origins.
@@ -130,7 +131,7 @@ fn wandering(random: &mut Random, pose: &mut Pose) -> ProbeState {
 }
 
 #[test]
-fn tools_that_do_not_touch_are_alone_to_the_bit() {
+fn separate_tools_equal_single_tools_to_the_bit() {
     for coupling in [false, true] {
         let block = block();
         let floor = boxes(&[FLOOR], &Pose::IDENTITY);
@@ -155,7 +156,7 @@ fn tools_that_do_not_touch_are_alone_to_the_bit() {
 }
 
 #[test]
-fn what_one_tool_gives_the_other_takes() {
+fn forces_between_tools_are_opposite() {
     let mut touching = 0;
     for (round, friction) in [None, Some(FRICTION)].into_iter().cycle().take(4).enumerate() {
         let mut two = blocks(
@@ -166,7 +167,7 @@ fn what_one_tool_gives_the_other_takes() {
             round >= 2,
         );
         let mut random = Random::new(SEED ^ 1);
-        // Beside each other, both on the floor.
+        // The tools stand beside each other on the floor.
         let mut poses = [at(-0.0201, 0.0, 0.0101), at(0.0201, 0.002, 0.0102)];
         for k in 0..400 {
             let states = poses.each_mut().map(|pose| wandering(&mut random, pose));
@@ -196,17 +197,18 @@ fn what_one_tool_gives_the_other_takes() {
     assert!(touching > 200, "seed {SEED:#x}: {touching}");
 }
 
-/// Clusters with the other tool: smooth clustering has one for each contact.
+/// Returns the number of clusters with the other tool; with smooth clustering, each contact is a
+/// cluster.
 fn forces_between(tick: &Tick) -> usize {
     tick.contacts_between as usize
 }
 
 #[test]
-fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
+fn resting_tool_equals_a_part_of_the_environment() {
     const WALL: (DVec3, DVec3) = (DVec3::new(0.03, -0.1, 0.001), DVec3::new(0.06, 0.1, 0.08));
     let block = block();
-    // Standing in the corner, which pushes in two directions; and at the wall alone, which holds it
-    // by friction too.
+    // First the tool stands in a corner, which pushes in two directions. Then it touches only the
+    // wall, with friction.
     for (z, friction) in [(HALF.z - 5e-4, None), (0.04, Some(FRICTION))] {
         let settings = Settings { friction, damping: 3.0, ..direct() };
         let whole = boxes(&[FLOOR, WALL], &Pose::IDENTITY);
@@ -233,11 +235,11 @@ fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
 }
 
 #[test]
-fn in_a_moved_frame_everything_is_the_same() {
+fn moving_the_world_moves_the_wrenches() {
     let moved = Pose::new(DQuat::from_scaled_axis(DVec3::new(0.7, -0.4, 1.1)), DVec3::new(0.3, -0.2, 0.5));
     for coupling in [false, true] {
         let block = block();
-        // The blend's directions are those of the environment's own frame.
+        // Patches depend on the axes of the environment's frame.
         let settings =
             Settings { friction: Some(FRICTION), patch_angle: None, ..if coupling { coupled() } else { direct() } };
         let two = |at: &Pose| Two::new([block.clone(), block.clone()], boxes(&[FLOOR], at), [settings; 2]).unwrap();
@@ -272,13 +274,14 @@ fn in_a_moved_frame_everything_is_the_same() {
             }
             most = most.max(here.ticks()[0].from_other.force.length());
         }
-        assert!(most > 0.1, "they hardly touch: {most}");
+        assert!(most > 0.1, "the tools must press harder: {most}");
     }
 }
 
 #[test]
-fn at_rest_a_pair_stays_at_rest() {
-    // Apart, looked ahead at, and just touching.
+fn resting_pair_stays_at_rest() {
+    // In the three cases, the tools are too far apart for contacts, near enough for contacts
+    // without force, and nearly touching.
     for gap in [0.01, 4e-4, 1.0001e-4] {
         let mut two = blocks(|settings| settings.friction = Some(FRICTION), true);
         let poses = [at(-HALF.x - gap / 2.0, 0.0, 0.1), at(HALF.x + gap / 2.0, 0.001, 0.1)];
@@ -293,13 +296,13 @@ fn at_rest_a_pair_stays_at_rest() {
     }
 }
 
-/// The force on the first tool when both are pressed `overlap` into each other and move along at
-/// `velocity`.
+/// Returns the wrenches on both tools when they are pressed into each other by `overlap` (m) and
+/// move together at `velocity` (m/s).
 fn pressed(two: &mut Two, overlap: f64, velocity: DVec3, ticks: u32) -> [Wrench; 2] {
     let x = HALF.x - overlap / 2.0;
     for k in 0..ticks {
         let s = f64::from(k) * DT;
-        // Together slowly, then along.
+        // First the tools approach each other slowly, then they move together.
         let x = x + 0.005 * (1.0 - 10.0 * s).max(0.0);
         let along = velocity * (s - 0.2).max(0.0);
         let moving = if s > 0.2 { velocity } else { DVec3::ZERO };
@@ -313,12 +316,12 @@ fn pressed(two: &mut Two, overlap: f64, velocity: DVec3, ticks: u32) -> [Wrench;
 }
 
 #[test]
-fn pressed_against_each_other_three_springs_in_a_row_balance() {
+fn three_springs_in_series_balance() {
     let mut two = blocks(|_| (), true);
     let settings = *two.settings_between();
     let coupling = settings.coupling.unwrap();
     let [first, second] = pressed(&mut two, 4e-3, DVec3::ZERO, 3000);
-    // The contact begins one skin before the blocks meet.
+    // The contact begins one contact offset before the blocks meet.
     let row = 1.0 / (2.0 / coupling.stiffness + 1.0 / settings.stiffness);
     let expected = row * (4e-3 + coupling.skin);
     assert!((first.force - DVec3::NEG_X * expected).length() < 1e-6 * expected, "{first:?}, not {expected}");
@@ -329,8 +332,8 @@ fn pressed_against_each_other_three_springs_in_a_row_balance() {
 }
 
 #[test]
-fn pushed_along_they_press_as_at_rest() {
-    // In two steps with each other's last pose, 0.1 m/s would cost tens of newtons.
+fn moving_pair_presses_like_a_resting_pair() {
+    // Two separate steps with the other tool's last pose would give tens of newtons at 0.1 m/s.
     let standing = pressed(&mut blocks(|_| (), true), 4e-3, DVec3::ZERO, 1200);
     for velocity in [DVec3::X * 0.1, DVec3::X * 0.4, DVec3::new(-0.1, 0.2, 0.3)] {
         let moving = pressed(&mut blocks(|settings| settings.friction = Some(FRICTION), true), 4e-3, velocity, 1200);
@@ -341,7 +344,7 @@ fn pushed_along_they_press_as_at_rest() {
 }
 
 #[test]
-fn a_tool_against_a_driven_one_is_a_tool_against_a_wall() {
+fn tool_against_a_direct_tool_equals_tool_against_wall() {
     let block = block();
     let floor = boxes(&[FLOOR], &Pose::IDENTITY);
     let held = coupled();
@@ -361,13 +364,13 @@ fn a_tool_against_a_driven_one_is_a_tool_against_a_wall() {
 }
 
 #[test]
-fn friction_holds_what_moves_differently_and_not_what_moves_together() {
+fn friction_acts_only_on_relative_motion() {
     let mut two = blocks(|settings| settings.friction = Some(FRICTION), false);
     let both = |shift: DVec3, along: DVec3| {
         let place = |x: f64, by: DVec3| still(Pose::from_translation(DVec3::new(x, 0.0, 0.1) + by));
         [place(-HALF.x + 5e-4, along + shift), place(HALF.x - 5e-4, along)]
     };
-    // 2 mm deep at 800 N/m.
+    // The tools overlap by 2 mm at 800 N/m.
     let mut force =
         |shift: f64, along: f64| two.step(&both(DVec3::Y * shift, DVec3::Z * along), DT, &NoClock)[0].commanded.force;
     let rest = force(0.0, 0.0);
@@ -379,7 +382,7 @@ fn friction_holds_what_moves_differently_and_not_what_moves_together() {
 }
 
 #[test]
-fn a_pose_that_is_none_is_not_there_for_the_other() {
+fn tool_with_invalid_pose_is_ignored() {
     let mut two = blocks(|_| (), true);
     let mut alone = blocks(|_| (), true);
     let away = still(at(0.1, 0.1, 0.1));
@@ -391,13 +394,13 @@ fn a_pose_that_is_none_is_not_there_for_the_other() {
         assert_eq!(tick.commanded, expected);
         assert_eq!((none.commanded, none.counters.bad_state), (Wrench::ZERO, 1));
     }
-    // And back again, against the other.
+    // The valid poses of the next step give contact again.
     let ticks = two.step(&[still(at(-HALF.x, 0.0, 0.1)), still(at(HALF.x - 1e-4, 0.0, 0.1))], DT, &NoClock);
     assert!(ticks.iter().all(|tick| tick.commanded.is_finite()));
 }
 
 #[test]
-fn nonsense_steps_are_survived() {
+fn nonsense_steps_give_finite_wrenches() {
     let mut two = blocks(|_| (), true);
     pressed(&mut two, 2e-3, DVec3::ZERO, 400);
     let states = [still(at(-HALF.x + 1e-3, 0.0, 0.1)), still(at(HALF.x - 1e-3, 0.0, 0.1))];
@@ -413,13 +416,13 @@ fn nonsense_steps_are_survived() {
 }
 
 #[test]
-fn the_contact_hands_on_what_it_takes_and_no_more() {
+fn contact_transmits_energy_without_gain() {
     for coupling in [false, true] {
         let mut two = blocks(|settings| settings.friction = Some(FRICTION), coupling);
         let (mut sum, mut most, mut through) = (0.0, 0.0f64, 0.0f64);
         for k in 0..4000 {
             let s = f64::from(k) * DT;
-            // One tool presses the other and releases it, and also pushes it to and fro.
+            // One tool presses the other and releases it, and also moves it to and fro.
             let (press, way) = (1.5e-3 * (9.0 * s).sin(), 0.02 * (3.0 * s).sin());
             let along = DVec3::new(way, 0.003 * (5.0 * s).sin(), 0.0);
             let x = HALF.x - press;
@@ -433,14 +436,14 @@ fn the_contact_hands_on_what_it_takes_and_no_more() {
             most = most.max(sum);
             through += first[0].abs();
         }
-        // Without a coupling forces are held for a tick while the tools move on.
+        // Without a coupling, forces are constant over a tick while the tools move.
         let least = if coupling { 2e-4 } else { 2e-3 };
         assert!(through > 1e-2 && most < least, "{coupling}: {most} of {through} J");
     }
 }
 
 #[test]
-fn settings_change_for_one_tool_and_for_what_is_between() {
+fn settings_change_for_one_tool_and_its_pairs() {
     let mut two = blocks(|_| (), false);
     let states = [still(at(-HALF.x + 5e-4, 0.0, 0.1)), still(at(HALF.x - 5e-4, 0.0, 0.1))];
     let soft = Settings { stiffness: 400.0, ..*two.settings()[1] };

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// For each file, the files that it imports.
 pub(crate) type Needs = BTreeMap<String, BTreeSet<String>>;
 
-/// Returns the cycles: maximal sets of files in which each file reaches every other one through
+/// Returns the cycles: maximal sets of files in which each file reaches every other file through
 /// imports.
 pub(crate) fn circles(needs: &Needs) -> Vec<BTreeSet<String>> {
     let reached: BTreeMap<&String, BTreeSet<&String>> = needs.keys().map(|file| (file, reach(needs, file))).collect();

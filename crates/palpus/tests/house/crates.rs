@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Returns, for each crate of the folder, the crates of this project that its product code imports,
-/// and those that only its tests, benches and build scripts import.
+/// Returns two lists for each crate of the folder: the crates of this project that its product code
+/// imports, and the crates that only its tests, benches and build scripts import.
 pub(crate) fn arrows(crates: &Path) -> BTreeMap<String, [Vec<String>; 2]> {
     let folders = fs::read_dir(crates)
         .expect("the folder of the crates is readable")

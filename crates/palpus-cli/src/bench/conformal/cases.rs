@@ -24,12 +24,12 @@ pub(super) struct Plan {
 }
 
 enum Kind {
-    /// The M16 nut on its bolt, turning. The parts overlap along the axis by this share of the
-    /// pitch, first upward, then downward.
+    /// The M16 nut turns on its bolt. Along the axis, the nut overlaps the bolt by this share of
+    /// the pitch, first upward, then downward.
     Pressed(f64),
     /// A pair of `palpus bench scale`, with the same motion.
     Scale(&'static str),
-    /// A round peg that is pressed this deep (m) into the wall of its hole. It turns and moves
+    /// A round peg that is pressed this deep (m) into the wall of its hole. The peg turns and moves
     /// round the hole.
     Peg(f64),
     /// A box that is pressed this deep (m) into a table and slides about.
@@ -39,7 +39,7 @@ enum Kind {
 enum Tolerance {
     /// Tolerance, m.
     Given(f64),
-    /// 1 % of the smaller body, the tolerance of a scene file that states none.
+    /// 1 % of the smaller body: the default tolerance of scene files.
     Chosen,
 }
 
@@ -81,7 +81,7 @@ pub(super) struct Case {
     pub(super) name: &'static str,
     pub(super) a: Arc<Body>,
     pub(super) b: Arc<Body>,
-    /// Poses of a in b's frame. Each stretch starts without memory of the previous one.
+    /// Poses of a in b's frame. The engine forgets all contacts before each stretch.
     pub(super) stretches: Vec<Vec<Pose>>,
     /// Contact tolerance, m.
     pub(super) tolerance: f64,
@@ -89,11 +89,11 @@ pub(super) struct Case {
     pub(super) analytic: Option<Analytic>,
 }
 
-/// Exact knowledge about the force on a.
+/// A known property of the force on a.
 pub(super) enum Analytic {
     /// The force points from the origin of a's frame towards b's axis, z.
     ToAxis,
-    /// The force points up and has the size of one contact of this depth (m).
+    /// The force points up (+z) and equals the force of one contact of this depth (m).
     Up(f64),
 }
 
@@ -154,26 +154,26 @@ impl Case {
 
 /// Pitch of an M16 thread, m.
 const PITCH: f64 = 0.002;
-/// Tolerance of a scene file that states none, as a share of the smaller body.
+/// Default tolerance of scene files, as a share of the smaller body.
 const CHOSEN: f64 = 0.01;
-/// The hole has the same number of sides.
+/// Number of sides of the peg and of the hole.
 const SIDES: usize = 32;
 
 fn haptic() -> BodySettings {
     BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() }
 }
 
-/// The nut at `depth` (m) beyond first touch along the axis, upward and downward, while it turns to
-/// and fro on its thread.
+/// Returns the poses of the nut at `depth` (m) beyond first touch along the axis, upward and
+/// downward. The nut turns to and fro on its thread.
 fn pressed(nut: &Arc<Body>, bolt: &Arc<Body>, depth: f64, ticks: usize) -> Vec<Vec<Pose>> {
-    /// Height in the middle of the play, m.
+    /// Height of the nut in the middle of its play, m.
     const FREE: f64 = 0.002_098 - 0.000_03;
     /// Largest rotation to each side, rad.
     const SWING: f64 = 0.05;
     let mut query = nearest_query(nut, bolt);
     let stretch = |way: f64| {
         let mut height = FREE;
-        // Conservative advancement: the nearest distance can always be travelled.
+        // Conservative advancement: a step of the current distance cannot cause overlap.
         for _ in 0..ADVANCES {
             let gap = query.nearest(&Pose::from_translation(DVec3::Z * height)).map_or(0.0, |near| near.separation);
             if gap <= TOUCHING {

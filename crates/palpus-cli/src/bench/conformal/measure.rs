@@ -15,9 +15,9 @@ use crate::bench::{TICK, settings};
 
 /// Limit of the work of a coupled step, in units of work.
 const ALLOWED: u64 = 6000;
-/// Capacity for the contacts of the truth.
+/// Capacity for contacts of the queries that compute the true wrench.
 const TRUE_CAPACITY: usize = 1 << 15;
-/// From this number of contacts on, the truth has one contact for each pair of pieces.
+/// With at least this many contacts, the true wrench has one contact for each pair of pieces.
 const MANY: usize = 512;
 
 /// Results of a case. Times in µs.
@@ -31,7 +31,7 @@ pub(super) struct Row {
     pub(super) p50: f64,
     pub(super) p99: f64,
     pub(super) p999: f64,
-    /// Means of the stages.
+    /// Mean times of the three stages.
     pub(super) query: f64,
     pub(super) depth: f64,
     pub(super) force: f64,
@@ -48,7 +48,7 @@ impl Row {
     }
 }
 
-/// Means of the counters.
+/// Mean of each counter over the ticks.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct PerTick {
     front: f64,
@@ -114,7 +114,7 @@ impl PerTick {
         ]
     }
 
-    /// In the order of the table's columns.
+    /// Returns the values in the order of the table's columns.
     pub(super) fn values(self) -> impl Iterator<Item = f64> {
         let mut copy = self;
         copy.all().map(|value| *value).into_iter()
@@ -130,9 +130,9 @@ pub(super) struct Accuracy {
     pub(super) true_turn: f64,
     /// Angle between the force and the true force, °.
     pub(super) direction: f64,
-    /// Error as a share of the truth's size.
+    /// Error of the force's size, as a share of the true force.
     pub(super) size: f64,
-    /// Error as a share of the truth's force times the probe's size.
+    /// Error of the torque, as a share of the true force times the probe's size.
     pub(super) torque: f64,
     /// Direction (°) and size (share) of the difference from the analytic force.
     pub(super) analytic: Option<[f64; 2]>,
@@ -214,10 +214,10 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     })
 }
 
-/// The same contact law at single poses, for all contacts: each depth is proven, and nothing is cached,
-/// extrapolated, sampled or dropped.
+/// Computes the true wrench: the engine's contact law at single poses, for all contacts. Each depth
+/// is proven, and nothing is cached, extrapolated, sampled or dropped.
 struct Truth {
-    /// With and without the corners of patches.
+    /// The contact query with the corners of patches, and the query without them.
     queries: [ContactQuery; 2],
     sharing: LoadSharing,
     settings: Settings,
@@ -243,7 +243,8 @@ impl Truth {
         let [corners, pairs] = &mut self.queries;
         corners.clear();
         pairs.clear();
-        // So many contacts describe the surface as well as the corners of each would.
+        // With many contacts, one contact for each pair describes the surface as well as corners
+        // do.
         let mut contacts = pairs.contacts(pose);
         if contacts.len() < MANY {
             contacts = corners.contacts(pose);
@@ -294,7 +295,7 @@ impl Errors {
     }
 }
 
-/// Angle in °; `None` if one of the forces is zero.
+/// Returns the angle in °; `None` if one of the forces is zero.
 fn angle(one: DVec3, other: DVec3) -> Option<f64> {
     (one.length() > 0.0 && other.length() > 0.0).then(|| one.angle_between(other).to_degrees())
 }

@@ -2,9 +2,9 @@
 //! the error of the wrench.
 //!
 //! Each case is two bodies and a motion (`cases`). Ticks are timed with the processor time of their
-//! thread, so that other programs have little effect. The counters are those of the tick. At some
-//! ticks, the wrench is compared (`measure`) with the same contact law without memory at the same
-//! pose, and with the analytic force of the case.
+//! thread, so that other programs have little effect. The counters come from the engine's tick. At
+//! some ticks, `measure` compares the wrench with two references: the same contact law at the same
+//! pose without memory, and the analytic force of the case.
 
 mod cases;
 mod cpu;
@@ -53,7 +53,7 @@ pub(super) fn conformal(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Three tables: time, work, and error of the wrench.
+/// Returns three tables: time, work, and error of the wrench.
 fn text(rows: &[Row]) -> String {
     let mut time = table(&[
         "step, µs of processor time",

@@ -1,7 +1,7 @@
-//! The plots of docs/global-depth.md: a ring that is moved through another one.
+//! The plots of docs/global-depth.md: a ring moves through another ring.
 //!
 //! 1. *Along a path*: both bounds of the depth, and the evaluations for each pose, with a warm
-//!    start from the previous pose and from a cold start.
+//!    start from the previous pose and with a cold start.
 //! 2. *Over the budget*: how the bounds at one pose converge.
 
 use std::f64::consts::FRAC_PI_2;
@@ -16,12 +16,12 @@ use palpus_scenes::shape;
 
 use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
 
-/// Poses along the path, and its half length as a share of the ring's size.
+/// Number of poses along the path, and half the path's length as a share of the ring's size.
 const POSES: i32 = 240;
 const HALF_WAY: f64 = 0.75;
 /// The position on the path at which the second plot is made, as a share of the ring's size.
 const PLACE: f64 = 0.02;
-/// The smallest budget, the factor between two budgets, and their number.
+/// The smallest budget, the factor between two budgets, and the number of budgets.
 const BUDGET: f64 = 10.0;
 const FACTOR: f64 = 1.3;
 const BUDGETS: i32 = 30;
@@ -33,12 +33,13 @@ pub(super) fn write(out: &Path) -> anyhow::Result<()> {
     let query = GlobalDepth::new(&ring, &interior, &ring, &interior);
     let settings = GlobalSettings::new(&ring, &ring);
     path(&query, &settings, ring.size(), &out.join("depth_path.svg"))?;
-    // No budget of this plot reaches such a small gap.
+    // With so small a gap, the bounds do not reach the gap with any budget of this plot.
     let settings = GlobalSettings { gap: 1e-3 * settings.gap, ..settings };
     budget(&query, &settings, ring.size(), &out.join("depth_budget.svg"))
 }
 
-/// The ring is perpendicular to the other one, at this offset from its centre.
+/// Returns the pose of a ring that is perpendicular to the other ring, `aside` (m) from that ring's
+/// centre.
 fn pose(aside: f64) -> Pose {
     Pose::new(DQuat::from_rotation_x(FRAC_PI_2), DVec3::X * aside)
 }
@@ -58,7 +59,7 @@ fn path(query: &GlobalDepth<'_>, settings: &GlobalSettings, size: f64, file: &Pa
     }
     let line = |label, color, points| Series::new(label, color, points);
     let bounds = vec![line("upper", VERMILION, upper), line("lower", BLUE, lower)];
-    let work = vec![line("from nothing", VERMILION, cold), line("after the pose before", BLUE, after)];
+    let work = vec![line("cold start", VERMILION, cold), line("warm start", BLUE, after)];
     let figure = Figure::new(
         "A ring moves through another one: the proven bounds of the depth",
         "distance of the centres (mm)",

@@ -1,5 +1,5 @@
 //! The closed loop: a simulated hand holds a simulated device, which gets the method's wrench one
-//! tick late. The tick lengths are those of a recorded servo loop.
+//! tick late. The tick lengths come from a recorded servo loop.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
@@ -27,7 +27,7 @@ pub(super) const HANDS: [(&str, HandImpedance); 4] = [
 /// One tick of a closed loop.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LoopTick {
-    /// Length of the tick, s.
+    /// Time of the tick, s.
     pub(super) time: f64,
     /// True pose of the probe.
     pub(super) pose: Pose,
@@ -39,23 +39,23 @@ pub(super) struct LoopTick {
     pub(super) work: [f64; 2],
 }
 
-/// The device's motion, apart from the method.
+/// Influences on the motion of the device besides the method.
 pub(super) struct Drive<'a> {
     pub(super) hand: HandImpedance,
     /// Intended pose of the probe as a function of the time in seconds.
     pub(super) intent: &'a dyn Fn(f64) -> Pose,
-    /// A constant wrench about the grip in addition to the hand's, such as a weight.
+    /// A constant wrench about the grip in addition to the hand's wrench, such as a weight.
     pub(super) load: Wrench,
 }
 
-/// The limits of the simulated device.
+/// Returns the limits of the simulated device.
 fn limits() -> Limits {
     let spec = SimulationSettings::default().spec;
     Limits { force: spec.force_max, torque: spec.torque_max }
 }
 
-/// Runs the method with the device's limits in the simulated hand for `seconds`. It ends early when
-/// a number is not finite.
+/// Runs the method with the device's limits in the simulated hand for `seconds`. The run ends early
+/// if a number is not finite.
 pub(super) fn run(
     ground: &Ground,
     entry: &Entry,
@@ -65,7 +65,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Vec<LoopTick>> {
     let mut method = entry.build(ground, &Tuning { limits: limits(), ..*tuning })?;
     let default = SimulationSettings::default();
-    // The load is not part of the force that the device can give.
+    // The load is not limited by the largest force of the device.
     let spec = DeviceSpec { force_max: f64::INFINITY, torque_max: f64::INFINITY, ..default.spec.clone() };
     let jitter = Some(Jitter::logged(PACE_SEED));
     let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default.clone() };
@@ -114,13 +114,13 @@ fn plus(wrench: &Wrench, load: &Wrench, factor: f64) -> Wrench {
     Wrench { torque: wrench.torque + torque * factor, force: wrench.force + force * factor }
 }
 
-/// Limits of the device, for methods that do not apply them themselves.
+/// Limits the wrench to what the device can give, for methods that have no limits of their own.
 fn within_limits(felt: &Wrench) -> Wrench {
     let Limits { force, torque } = limits();
     Wrench { torque: felt.torque.clamp_length_max(torque), force: felt.force.clamp_length_max(force) }
 }
 
-/// The rotation vector from one pose to the next, for small turns.
+/// Returns the rotation vector from one pose to the next, for small turns.
 pub(super) fn turned(from: &Pose, to: &Pose) -> DVec3 {
     let turn = to.rotation * from.rotation.conjugate();
     turn.xyz() * (2.0 * turn.w.signum())

@@ -1,12 +1,12 @@
 //! The plots of a scene: the force of every method on the same poses, and the force on the normal
-//! hand while it held still.
+//! hand while this hand held still.
 
 use super::Outcome;
 use super::ground::{Ground, JUDGED};
 use crate::bench::TICK;
 use crate::plots::{self, BLUE, Figure, GREEN, Ink, Panel, Series, VERMILION, bands};
 
-/// Colours of the methods, in their order.
+/// Returns the colour of the `k`-th method.
 fn color(k: usize) -> Ink {
     match k {
         0 => VERMILION,
@@ -16,7 +16,7 @@ fn color(k: usize) -> Ink {
     }
 }
 
-/// The plots of one scene, as SVG.
+/// Returns the plots of one scene, as SVG.
 pub(super) fn of_scene(ground: &Ground, curves: &[(&'static str, &Outcome)]) -> Vec<plots::Svg> {
     let mut figures = vec![plots::svg(&open_loop(ground, curves))];
     if curves.iter().any(|(_, outcome)| !outcome.held.is_empty()) {

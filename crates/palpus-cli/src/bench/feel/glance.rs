@@ -36,15 +36,15 @@ const LINES: [Line; 6] = [
         1.0,
         "N/m",
     ),
-    line("the same, without a hand", "box-rest", "none", "greatest stable stiffness", 1.0, "N/m"),
     line(
-        "deepest that bodies are shown in each other, ball in gut",
-        "intestine",
-        "normal",
-        "deepest in the loop",
-        1e3,
-        "mm",
+        "greatest stable contact stiffness, box on table, without a hand",
+        "box-rest",
+        "none",
+        "greatest stable stiffness",
+        1.0,
+        "N/m",
     ),
+    line("deepest visible overlap, ball in intestine", "intestine", "normal", "deepest in the loop", 1e3, "mm"),
 ];
 
 /// Methods, and their names for readers.
@@ -55,7 +55,7 @@ const METHODS: [(&str, &str); 4] = [
     ("voxel-coupled", "point shell in voxels, coupled"),
 ];
 
-/// The table as Markdown; empty if none of its numbers was measured.
+/// Returns the table as Markdown; `None` if no number of the table was measured.
 pub(super) fn markdown(rows: &[Row]) -> Option<String> {
     let value = |line: &Line, method: &str| {
         let is_it = |row: &&Row| {
@@ -77,7 +77,7 @@ pub(super) fn markdown(rows: &[Row]) -> Option<String> {
     any.then_some(text)
 }
 
-/// Two significant digits; whole numbers from a hundred on.
+/// Formats a value with two significant digits; whole numbers from a hundred on.
 fn said(line: &Line, value: f64) -> String {
     let value = value * line.factor;
     match value {

@@ -70,11 +70,11 @@ pub(super) type RefinedPose = Option<Vec<TrueContact>>;
 
 /// Ticks between two measurements of the overlap.
 pub(super) const JUDGED: usize = 5;
-/// Largest share of the omitted part of a script that comes before its shortened form.
+/// Latest beginning of the script, as a share of the time that the script leaves out.
 const LATER: f64 = 0.7;
-/// Longest script, s.
+/// Time in which the hand builds up its press, s.
 const LEAN_IN: f64 = 0.3;
-/// Steps of the search for a start pose without contact, s.
+/// Time step of the search for a start pose without contact, s.
 const SEARCH: f64 = 0.02;
 
 /// A pose in which the probe is pressed against the environment and held.
@@ -110,7 +110,8 @@ impl Ground {
         Ok(Self { truth: Truth::of(&scene), rest, begin, script, depths, presses, ..ground })
     }
 
-    /// The bodies, settings and path of `scene`, without its script and without measured overlaps.
+    /// Returns the bodies, settings and path of `scene`, without its script and without measured
+    /// overlaps.
     pub(super) fn unscripted(scene: &Scene) -> anyhow::Result<Self> {
         let mut stage = stage::of_built_in(scene, &Teller::Calls(&|_, _| ()))?;
         stage.coupling.mode = CouplingMode::Coupled;
@@ -136,7 +137,7 @@ impl Ground {
         })
     }
 
-    /// Direction and strength of the hand's press `seconds` after the start of the script.
+    /// Returns direction and strength of the hand's press `seconds` after the start of the script.
     pub(super) fn press(&self, seconds: f64) -> DVec3 {
         let place = (seconds / (JUDGED as f64 * TICK)).max(0.0);
         let at = |k: usize| self.presses.get(k).or(self.presses.last()).copied().unwrap_or_default();
@@ -146,7 +147,8 @@ impl Ground {
         at(k).lerp(at(k + 1), place - place.floor()) * (s * s * (3.0 - 2.0 * s))
     }
 
-    /// Returns the true contacts at every [`JUDGED`]th pose of the script, in a scene with a refined truth.
+    /// Returns the true contacts at every [`JUDGED`]th pose of the script, in a scene with a
+    /// refined truth.
     pub(super) fn refined_contacts(&self) -> Option<Vec<RefinedPose>> {
         let refined = Refined::of(&palpus_scenes::scene(self.name)?)?;
         let reach = self.settings.contact_tolerance;
@@ -170,7 +172,7 @@ fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Opti
         "box-rest" => down(1.6, true),
         // The tip stands on the cup's floor.
         "spoon-cup" => down(path.duration() - 4.8, false),
-        // On the block, beside the hole.
+        // The peg stands on the block, beside the hole.
         "peg-hole" => down(1.0, false),
         "box-tilt" | "box-edge" | "rails" => None,
         _ => {
@@ -183,8 +185,8 @@ fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Opti
     }
 }
 
-/// The last time before `latest` at which nothing touches, so that no energy is stored at the
-/// start.
+/// Returns the last time before `latest` at which nothing touches, so that no energy is stored at
+/// the start.
 fn begin(path: &HandPath, judge: &mut Judge, latest: f64) -> f64 {
     let steps = (latest / SEARCH) as usize;
     let times = (0..=steps).rev().map(|k| k as f64 * SEARCH);
@@ -210,7 +212,7 @@ fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
         presses = (0..presses.len())
             .map(|k| {
                 let around = &presses[k.saturating_sub(PRESS_BLUR)..(k + PRESS_BLUR + 1).min(presses.len())];
-                // Before and after the script the hand does not press.
+                // Poses before and after the script count as poses without a press.
                 around.iter().sum::<DVec3>() / (2 * PRESS_BLUR + 1) as f64
             })
             .collect();
@@ -230,13 +232,13 @@ impl Judge {
         Self { query: ContactQuery::new(a.clone(), b.clone(), settings) }
     }
 
-    /// The deepest contact.
+    /// Returns the deepest contact.
     pub(super) fn deepest(&mut self, pose_ba: &Pose) -> Option<Contact> {
         self.query.clear();
         self.query.contacts(pose_ba).iter().min_by(|a, b| a.separation.total_cmp(&b.separation)).copied()
     }
 
-    /// The overlap, m; negative when apart.
+    /// Returns the overlap, m; negative when apart.
     pub(super) fn depth(&mut self, pose_ba: &Pose) -> f64 {
         self.deepest(pose_ba).map_or(-self.query.settings().tolerance, |contact| -contact.separation)
     }

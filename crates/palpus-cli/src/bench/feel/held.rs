@@ -2,8 +2,8 @@
 //!
 //! 1. The hand's target is so far inside that the hand presses with one newton. Without a hand, a
 //!    weight of one newton presses.
-//! 2. The *limit cycle* is the root mean square of the force above 10 Hz after a settling time.
-//!    Below a hundredth of the mean force it is negligible.
+//! 2. The *limit cycle* is the root mean square of the force above 10 Hz after a settling time. A
+//!    limit cycle below a hundredth of the mean force is negligible.
 //! 3. The *greatest stable stiffness* is searched from 100 N/m upward. The stiffness is doubled
 //!    until the probe does not lie still, and then the interval is halved.
 
@@ -28,7 +28,8 @@ const SETTLE: [f64; 2] = [1.2, 4.0];
 const WATCHED: f64 = 1.0;
 /// Limit cycle above which the probe does not lie still, as a share of the mean force.
 pub(super) const STILL: f64 = 0.01;
-/// Smallest share of the press that must be felt on average. With less, the contact was lost.
+/// Smallest share of the press that must be felt on average. If a smaller share is felt, the
+/// contact was lost.
 const KEPT: f64 = 0.3;
 /// Range of the search, N/m.
 const SOFTEST: f64 = 100.0;
@@ -46,7 +47,7 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// The limit cycle as a share of the mean force; NaN where the contact was lost.
+    /// Returns the limit cycle as a share of the mean force; NaN where the contact was lost.
     pub(super) fn share(&self) -> f64 {
         if self.state() == State::Lost { f64::NAN } else { self.force_cycle / self.mean_force }
     }
@@ -67,7 +68,7 @@ impl Held {
 enum State {
     Still,
     Moving,
-    /// True if the probe passed through the surface, so that the force is small or zero.
+    /// The probe passed through the surface, so that the force is small or zero.
     Lost,
 }
 
@@ -112,7 +113,7 @@ pub(super) fn hold(
 /// a second, so frequencies from 10 Hz on remain.
 const HALF_WINDOW: usize = 50;
 
-/// Root mean square of the components above 10 Hz.
+/// Returns the root mean square of the components above 10 Hz.
 pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
     let values: Vec<DVec3> = felt.iter().map(of).collect();
     let width = (2 * HALF_WINDOW + 1) as f64;
@@ -123,8 +124,8 @@ pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
     super::row::mean(&squares).sqrt()
 }
 
-/// The greatest stiffness at which the probe lies still, N/m; 0 if it does not lie still even at
-/// the smallest one. `halvings`: number of bisection steps after the doubling.
+/// Returns the greatest stiffness at which the probe lies still, N/m; 0 if it does not lie still
+/// even at the smallest stiffness. `halvings`: number of bisection steps after the doubling.
 pub(super) fn greatest_stiffness(
     ground: &Ground,
     entry: &Entry,
@@ -142,7 +143,7 @@ pub(super) fn greatest_stiffness(
         match state(moving)? {
             State::Still => still = moving,
             State::Moving => break,
-            // The contact is too soft to carry the probe. This says nothing about stability.
+            // The contact is too soft to carry the probe. This result says nothing about stability.
             State::Lost => {}
         }
         if moving >= HARDEST {

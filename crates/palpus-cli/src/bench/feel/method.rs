@@ -28,8 +28,8 @@ pub(super) trait Method {
     /// Computes one step.
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick;
 
-    /// The wrench when the probe has been held at the pose of the last step until nothing moves;
-    /// `None` for methods that are not measured at rest.
+    /// Returns the wrench after the probe has been held at the pose of the last step until nothing
+    /// moves; `None` for methods that are not measured at rest.
     fn at_rest(&self, _probe: &ProbeState) -> Option<Wrench> {
         None
     }
@@ -42,19 +42,19 @@ const STILL: usize = 30;
 /// Parameters of a method in addition to the scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuning {
-    /// Contact stiffness, N/m; `None` for the stiffness of the scene or the one that the device
-    /// allows.
+    /// Contact stiffness, N/m; `None` for the scene's stiffness, or behind the coupling for the
+    /// stiffness that the device allows.
     pub(super) stiffness: Option<f64>,
     /// Contact damping, N·s/m.
     pub(super) damping: f64,
-    /// True for friction as in the scene, false for none.
+    /// True for friction as in the scene, false for no friction.
     pub(super) friction: bool,
     /// Limits of the wrench.
     pub(super) limits: Limits,
 }
 
 impl Tuning {
-    /// The scene's own parameters, without a device's limits.
+    /// Returns the scene's own parameters, without a device's limits.
     pub(super) fn of(ground: &Ground) -> Self {
         Self {
             stiffness: None,
@@ -239,7 +239,7 @@ fn rendered(
     Ok(Box::new(Rendered(Renderer::new(a, b, settings)?)))
 }
 
-/// palpus itself.
+/// palpus's own renderer.
 struct Rendered(Renderer);
 
 impl Method for Rendered {
@@ -301,7 +301,7 @@ impl Ground {
         (self.probe.clone(), self.environment.clone())
     }
 
-    /// The voxel map of the environment, made once.
+    /// Returns the voxel map of the environment, made once.
     fn voxels(&self) -> anyhow::Result<Voxel> {
         let made = self.voxels.get_or_init(|| {
             let (a, b) = self.bodies();

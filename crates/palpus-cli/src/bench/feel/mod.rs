@@ -10,7 +10,7 @@
 //!    stiffness, also as a function of damping and hand (Z-width).
 //!
 //! This module reads no clock: the same seed gives the same numbers. Each thread processes one pair
-//! of scene and method at a time.
+//! (a scene and a method) at a time.
 
 mod closed;
 mod columns;
@@ -101,7 +101,7 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The selected scenes: all except the large one, or the named one.
+/// Returns the selected scenes: all except the large scene, or the named scene.
 fn chosen_scenes(only: Option<&str>) -> anyhow::Result<Vec<&'static str>> {
     let mut usual = SCENES.to_vec();
     usual.extend(flush::SCENES.map(|(name, _)| name));
@@ -110,7 +110,7 @@ fn chosen_scenes(only: Option<&str>) -> anyhow::Result<Vec<&'static str>> {
     chosen("--scene", only, &usual)
 }
 
-/// The selected names: all, or the named one.
+/// Returns the selected names: all, or only the requested name.
 fn chosen(option: &str, only: Option<&str>, all: &[&'static str]) -> anyhow::Result<Vec<&'static str>> {
     let Some(only) = only else { return Ok(all.to_vec()) };
     match all.iter().find(|name| **name == only) {
@@ -124,8 +124,7 @@ struct Effort {
     /// Length of each script, s.
     seconds: f64,
     hands: &'static [&'static str],
-    /// Scenes for which the greatest stable stiffness is searched, and the number of bisection
-    /// steps.
+    /// Scenes for which the greatest stable stiffness is searched; number of bisection steps.
     searched: &'static [&'static str],
     halvings: usize,
     /// Hands in which slow methods are measured.

@@ -8,7 +8,7 @@
 //!   contacts at most n, and a jump any value.
 //! * *Step while merging*, on the rails: the largest step while the depth stays the same and two
 //!   contacts become one, relative to the mean force.
-//! * *Truth*, for scenes that have one ([`super::truth`]).
+//! * *Truth*, for scenes with a known truth ([`super::truth`]).
 //! * *Pop-through*: an episode in which the bodies overlap by more than a tenth of a millimetre,
 //!   and the force is less than a tenth of the expected force (or the torque less than a tenth of
 //!   the expected force times the reach).
@@ -23,10 +23,10 @@ use super::row::{Rows, largest, mean, quantile};
 use super::truth;
 use crate::bench::TICK;
 
-/// Smaller forces, relative to the largest one, have no meaningful direction.
+/// Smaller forces, relative to the largest force, have no meaningful direction.
 pub(super) const FAINT: f64 = 0.05;
-/// Smaller steps, relative to the largest force, are not divided by the motion, because both are
-/// rounding errors.
+/// Smaller steps, relative to the largest force, are not divided by the motion, because step and
+/// motion are then rounding errors.
 const SMALL_STEP: f64 = 0.002;
 /// Smallest motion in a millisecond by which a step is divided, m.
 const LEAST_MOTION: f64 = 1e-6;
@@ -63,8 +63,8 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
     Ok(Curve { times, wrenches: played.wrenches })
 }
 
-/// Friction is as in the scene. In scenes with a known truth it is off, because the truth has no
-/// friction.
+/// Returns the parameters of the methods. Friction is as in the scene. In scenes with a known truth
+/// it is off, because the truth has no friction.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
     Tuning { friction: ground.truth.is_none() && ground.refined.is_none(), ..Tuning::of(ground) }
 }
@@ -136,7 +136,8 @@ fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
 /// s.
 const MERGING: [f64; 2] = [0.9, 3.5];
 
-/// The largest step while the knife stays at its depth and its two contacts approach each other.
+/// Adds the largest step while the knife stays at its depth and its two contacts approach each
+/// other.
 fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     let [first, last] = MERGING.map(|time| (((time - ground.begin) / TICK).max(0.0) as usize).min(wrenches.len()));
     let within = &wrenches[first..last.max(first)];
@@ -147,12 +148,12 @@ fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     }
 }
 
-/// Angle in degrees. It is exact for small angles, unlike an angle from the cosine.
+/// Returns the angle in degrees. It is exact for small angles, unlike an angle from the cosine.
 pub(super) fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// Upper bound of the motion of any point of the probe, m.
+/// Returns an upper bound of the motion of any point of the probe, m.
 fn motion(from: &ProbeState, to: &ProbeState, reach: f64) -> f64 {
     let turned = to.pose_ba.rotation.angle_between(from.pose_ba.rotation);
     to.pose_ba.translation.distance(from.pose_ba.translation) + reach * turned

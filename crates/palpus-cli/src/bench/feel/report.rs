@@ -1,5 +1,5 @@
-//! The report: tables of all measures, as Markdown and as self-contained HTML with the plots, and
-//! the raw numbers.
+//! Writes the report: tables of all measures, as Markdown and as self-contained HTML with the
+//! plots, and the raw numbers.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -39,7 +39,7 @@ struct Document<'a> {
     rows: &'a [Row],
 }
 
-/// The measures and their subjects.
+/// All measures, with their scenes and methods.
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
     pub(super) grounds: &'a [Ground],
@@ -69,7 +69,7 @@ pub(super) fn write(out: &Path, measured: &Measured<'_>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// All rows as a table of values.
+/// Returns all rows as a table of values.
 pub(super) fn csv(rows: &[Row]) -> String {
     let mut csv = String::from("scene,method,hand,measure,unit,value\n");
     for Row { scene, method, hand, measure, unit, value } in rows {
@@ -248,7 +248,7 @@ fn stiffness(value: f64, column: &Column) -> String {
 /// Smaller values, in the unit of the table, are rounding errors.
 const NOTHING: f64 = 1e-7;
 
-/// Returns the value with that many significant digits.
+/// Returns the value with `digits` significant digits.
 fn short(value: f64, digits: usize) -> String {
     if value.abs() < NOTHING {
         return "0".to_owned();

@@ -34,17 +34,17 @@ impl Rows {
     }
 }
 
-/// Quantile of `values`; 0 for an empty list.
+/// Returns the quantile of `values`; 0 for an empty list.
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     palpus::algebra::quantile(&mut values.to_vec(), share).unwrap_or(0.0)
 }
 
-/// The largest value; 0 for an empty list.
+/// Returns the largest value; 0 for an empty list.
 pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// The mean; 0 for an empty list.
+/// Returns the mean; 0 for an empty list.
 pub(super) fn mean(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }

@@ -8,7 +8,7 @@
 //! * *Deepest shown*, *pop-throughs*: as in the open loop, measured at the pose where the method
 //!   shows the probe. The depth of the hand itself is measured too.
 //! * *Peg*: whether and when its tip has reached nine tenths of the depth that the hand aims for,
-//!   and the force meanwhile.
+//!   and the force on the way.
 
 use palpus::algebra::{Pose, Wrench};
 use palpus_scenes::shape::PEG_TIP;
@@ -22,12 +22,12 @@ use crate::bench::TICK;
 
 /// Ticks between two evaluations of the true overlap.
 const JUDGED: usize = 10;
-/// N.
+/// Force with which the hand presses, N.
 const PRESS: f64 = 2.0;
 /// Time for which the run continues after the script's end, because the hand lags, s.
 const AFTER: f64 = 0.5;
 
-/// Follows the script with each hand of `hands`. Returns the trace of the last one.
+/// Follows the script with each hand of `hands`. Returns the trace of the last hand.
 pub(super) fn measure(
     ground: &Ground,
     entry: &Entry,
@@ -87,8 +87,8 @@ fn of_run(ground: &Ground, ticks: &[LoopTick], add: Add<'_>) {
     add("finite", "", f64::from(u8::from(ticks.len() > expected)));
 }
 
-/// The tip has arrived when it has covered this share of the hand's way. A hand that meets friction
-/// stays behind its target.
+/// The tip has arrived when it has covered this share of the hand's way, because friction keeps the
+/// peg behind the hand's target.
 const ARRIVED: f64 = 0.9;
 /// Height of the tip below which it is in the hole, m.
 const IN_HOLE: f64 = -0.5e-3;

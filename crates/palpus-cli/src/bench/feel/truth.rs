@@ -1,4 +1,4 @@
-//! Compares a felt wrench with the true one, in scenes whose true contacts are known in closed
+//! Compares a felt wrench with the true wrench, in scenes whose true contacts are known in closed
 //! form.
 //!
 //! Felt and true wrench are compared by three measures: the angle between their forces, their size
@@ -15,10 +15,10 @@
 //! * *rest*: the difference between the wrench felt at rest and the true wrench transmitted by the
 //!   springs. This is the engine's own error.
 //!
-//! The transmitted truth is computed with a tool that the translational and rotational springs hold
-//! to the hand at the grip, and that rigid true contacts support from the contact offset on. The
-//! balance is a linear complementarity problem. It is solved by projected Gauss-Seidel and
-//! linearised again at each pose of the iteration.
+//! The transmitted truth is computed for a tool on springs. Translational and rotational springs
+//! hold the tool to the hand at the grip, and rigid true contacts support it from the contact
+//! offset on. The balance of forces is a linear complementarity problem. The problem is solved by
+//! projected Gauss-Seidel, and linearised again at each pose of the iteration.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Wrench};
@@ -32,8 +32,8 @@ use super::open::{Add, FAINT, angle_between};
 use super::row::{largest, quantile};
 use crate::bench::TICK;
 
-/// Number of poses at which the balance is linearised, and of sweeps over its contacts at each of
-/// them.
+/// Number of poses at which the balance is linearised, and number of Gauss-Seidel sweeps at each
+/// pose.
 const LINEARISED: usize = 8;
 const SWEEPS: usize = 300;
 
@@ -74,8 +74,8 @@ const REST: Names = [
     ["line of action left p99", "line of action left max"],
 ];
 
-/// Adds the differences of `wrenches` from the truth, if the scene has one. `still`: the wrenches
-/// at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
+/// Adds the differences of `wrenches` from the truth, if the scene has a known truth. `still`: the
+/// wrenches at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
 pub(super) fn measure(ground: &Ground, skin: Skin, wrenches: &[Wrench], still: &[Wrench], add: Add<'_>) {
     let skin = skin.width(ground);
     if ground.refined.is_some() {
@@ -104,7 +104,7 @@ pub(super) fn measure(ground: &Ground, skin: Skin, wrenches: &[Wrench], still: &
     compare(&sprung, still, Some(1.0), &REST, add);
 }
 
-/// The true wrench on contacts of unit stiffness.
+/// Returns the true wrench on contacts of unit stiffness.
 pub(super) fn direct(truth: &Truth, settings: &Settings, skin: f64, probe: &ProbeState) -> True {
     let grip = probe.pose_ba.point(settings.grip_a);
     let mut sum = True { force: DVec3::ZERO, torque: Some(DVec3::ZERO) };
@@ -116,8 +116,8 @@ pub(super) fn direct(truth: &Truth, settings: &Settings, skin: f64, probe: &Prob
     sum
 }
 
-/// The wrench of a refined truth on contacts of unit stiffness in tick `k`. `None` in ticks that are
-/// not judged, and where the contacts are not agreed on.
+/// Returns the wrench of a refined truth on contacts of unit stiffness in tick `k`. `None` if the
+/// tick is not judged, or if the two searches for its contacts disagree.
 pub(super) fn shared(ground: &Ground, skin: f64, k: usize) -> Option<True> {
     if !k.is_multiple_of(JUDGED) {
         return None;
@@ -175,7 +175,7 @@ fn lag(still: &[Wrench], felt: &[Wrench]) -> Option<f64> {
 struct Springs {
     /// Stiffness of the coupling and the contacts in series, N/m.
     stiffness: f64,
-    /// N·m/rad.
+    /// Rotational stiffness of the coupling, N·m/rad.
     angular_stiffness: f64,
     grip_a: DVec3,
 }

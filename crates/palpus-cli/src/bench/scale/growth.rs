@@ -19,16 +19,17 @@ use palpus::algebra::Random;
 
 /// Seed of the directions from which the ball comes.
 const SEED: u64 = 0x5ca1_e002;
-/// Numbers of triangles: the smallest is usual for a hand-made part, the largest for a CT scan.
+/// Numbers of triangles: the smallest number is usual for a hand-made part, the largest number for
+/// a CT scan.
 const TRIANGLES: [usize; 6] = [1_000, 3_000, 10_000, 30_000, 100_000, 906_000];
 /// Mean number of contacts at each size.
 const CONTACTS: f64 = 4.0;
-/// The sweep over contacts uses this size.
+/// Number of triangles in the sweep over contacts.
 const SIZE: usize = 100_000;
-/// Tolerances of that sweep, m.
+/// Tolerances of the sweep over contacts, m.
 const TOLERANCES: [f64; 7] = [0.000_01, 0.000_02, 0.000_04, 0.000_08, 0.000_16, 0.000_32, 0.000_64];
 
-/// Step times for a growing number of triangles.
+/// Measures step times for a growing number of triangles.
 pub(super) fn against_triangles(out: &Path, effort: Effort) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for triangles in TRIANGLES {
@@ -48,7 +49,7 @@ pub(super) fn against_triangles(out: &Path, effort: Effort) -> anyhow::Result<Ve
     Ok(rows)
 }
 
-/// Step times for a growing number of contacts.
+/// Measures step times for a growing number of contacts.
 pub(super) fn against_contacts(out: &Path, effort: Effort) -> anyhow::Result<Vec<Row>> {
     let bodies = ball_on_scan(SIZE)?;
     let touches = Touches::new(&bodies, effort.ticks);
@@ -67,7 +68,7 @@ pub(super) fn against_contacts(out: &Path, effort: Effort) -> anyhow::Result<Vec
     Ok(rows)
 }
 
-/// A ball of 4 cm on the scanned torus.
+/// Prepares a ball of 4 cm and the scanned torus.
 fn ball_on_scan(triangles: usize) -> anyhow::Result<Bodies> {
     let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
     let body = |name: &str, soup| anyhow::Ok(Arc::new(bodies::prepare_soup(name, &soup, &settings)?.body));
@@ -79,10 +80,10 @@ fn ball_on_scan(triangles: usize) -> anyhow::Result<Bodies> {
 
 /// Radius of the ball, m.
 const BALL_RADIUS: f64 = 0.02;
-/// 5120 triangles.
+/// Number of subdivisions; the ball then has 5120 triangles.
 const BALL_SUBDIVISIONS: u32 = 4;
 
-/// Places at which the ball touches, and the body that slides there.
+/// Places at which the ball touches the torus, and the number of ticks.
 struct Touches {
     orbits: Vec<Orbit>,
     ticks: usize,
@@ -96,7 +97,8 @@ impl Touches {
         Self { orbits, ticks }
     }
 
-    /// Stretches of the motion for a tolerance. The ball sinks in by a share of the tolerance.
+    /// Returns the stretches of the motion for a tolerance. The ball sinks in by a share of the
+    /// tolerance.
     fn poses(&self, tolerance: f64) -> Vec<Vec<Pose>> {
         let slide = |orbit: &Orbit, count: usize| {
             let pose = |k: usize| orbit.slide(TAU * k as f64 / PERIOD, SIDEWAYS, SINKS * tolerance);
@@ -132,14 +134,14 @@ fn tolerance_for(bodies: &Bodies, touches: &Touches) -> f64 {
 const SIDEWAYS: f64 = 0.000_5;
 /// Depth of the ball, as a share of the tolerance.
 const SINKS: f64 = 0.2;
-/// Gap that counts as touching, m: a hundredth of this is near enough.
+/// Amplitude for [`Orbit::touching`], m: a gap of a hundredth of this counts as touching.
 const GAP: f64 = 0.000_01;
 /// Contacts are counted at one tick out of this many.
 const SAMPLE: usize = 50;
 /// Range of the search for the tolerance, m.
 const LEAST_TOLERANCE: f64 = 1e-6;
 const LARGEST_TOLERANCE: f64 = 1e-2;
-/// The search ends within a hundredth of the tolerance.
+/// With this many steps, the search ends within a hundredth of the tolerance.
 const BISECTIONS: usize = 12;
 
 fn figure(title: String, x_label: &'static str, rows: &[Row], x: &dyn Fn(&Row) -> f64) -> Figure {

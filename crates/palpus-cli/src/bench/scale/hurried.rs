@@ -1,5 +1,5 @@
-//! Measures the error of a step with limited work: it compares the wrench on the hand with the
-//! wrench without a limit, on the same motion of the device, both behind the default coupling.
+//! Measures the error of a step with limited work. The wrench on the hand is compared with the
+//! wrench without a limit, for the same motion of the device, both behind the default coupling.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,11 +12,12 @@ use serde::Serialize;
 use super::pairs::{self, Pair};
 use crate::bench::TICK;
 
-/// Work limit of a step: what fits into 0.6 ms at 100 ns for each unit.
+/// Work limit of a step, in units of work: 0.6 ms at 100 ns for each unit.
 pub(super) const ALLOWED: u64 = 6000;
-/// Ticks of the comparison. Without a limit, a tick of a thread takes a tenth of a second.
+/// Ticks of the comparison. Without a limit, a tick of the nut on its thread takes a tenth of a
+/// second.
 const TICKS: usize = 600;
-/// Tolerance of a scene without one, as a share of the smaller body.
+/// Default tolerance of a scene, as a share of the smaller body.
 const TOLERANCE: f64 = 0.01;
 
 /// Results for one pair.
@@ -25,7 +26,7 @@ pub(super) struct Hurried {
     name: &'static str,
     ticks: usize,
     /// Share of the ticks in which the limit was reached, and share of the contacts that were
-    /// extrapolated in them.
+    /// extrapolated in these ticks.
     late: f64,
     held: f64,
     force: Difference,
@@ -41,7 +42,7 @@ pub(super) struct Difference {
     mean: f64,
     p99: f64,
     worst: f64,
-    /// Largest change in a tick, without a limit and with it.
+    /// Largest change in a tick, without and with the limit.
     step: f64,
     hurried_step: f64,
 }
@@ -56,8 +57,8 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
     for stretch in &stretches {
         full.clear();
         hurried.clear();
-        // The first step begins at the roots of both bodies. There is no force yet, so it is left
-        // out of the comparison.
+        // The first step begins at the roots of both bodies. There is no force yet, so this step is
+        // left out of the comparison.
         hurried.allow(None);
         for renderer in [&mut full, &mut hurried] {
             renderer.step(&ProbeState::at(stretch[0]), TICK, &NoClock);
@@ -88,7 +89,7 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
     })
 }
 
-/// Settings of a scene file that names only two meshes.
+/// Returns the settings of a scene file that names only two meshes.
 fn settings(a: &Body, b: &Body) -> Settings {
     Settings::coupled(Settings::default().limits, TICK, TOLERANCE * a.size().min(b.size()))
 }
@@ -124,7 +125,7 @@ impl Gathered {
     }
 }
 
-/// The results of the pairs as text.
+/// Returns the results of the pairs as text.
 pub(super) fn text(rows: &[Hurried]) -> String {
     let mut text = format!("with {ALLOWED} units of work in a step, compared with no limit:\n");
     for row in rows {
@@ -137,7 +138,7 @@ pub(super) fn text(rows: &[Hurried]) -> String {
         for (what, scale, unit, d) in [("force", 1.0, "N", force), ("torque", 1e3, "mN·m", torque)] {
             let said = |x: f64| format!("{:.3}", x * scale);
             text += &format!(
-                "  {what}: to {} {unit}; off by {} in the mean, {} at 99 %, {} at most; largest step {}, and {} so\n",
+                "  {what}: to {} {unit}; off by {} in the mean, {} at 99 %, {} at most; largest step {} without the limit, {} with it\n",
                 said(d.most),
                 said(d.mean),
                 said(d.p99),

@@ -1,10 +1,11 @@
-//! `palpus bench scale`: measures the time of a step, and on what it does not depend.
+//! `palpus bench scale`: measures the time of a step against triangles, contacts and pairs of
+//! bodies.
 //!
-//! 1. *Triangles*: a ball on a scanned torus of 1 k to 906 k triangles. The tolerance is chosen so
-//!    that each size has the same number of contacts.
+//! 1. *Triangles*: a ball on a scanned torus of 1 k to 906 k triangles. The tolerance is chosen
+//!    so that each size has the same number of contacts.
 //! 2. *Contacts*: the ball on one size of the torus with a growing tolerance.
-//! 3. *Pairs*: scanned and constructed parts in contact. The poses are stored with the times, so
-//!    that other libraries can process the same poses (`benches/peers/coal_scale.py`).
+//! 3. *Pairs*: scanned and constructed parts in contact. The poses are stored with the times,
+//!    so that other libraries can process the same poses (`benches/peers/coal_scale.py`).
 //! 4. *Hurried*: the same pairs, coupled, with limited work in a step, compared with steps without
 //!    a limit.
 //!
@@ -63,7 +64,7 @@ pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Opt
     Ok(ExitCode::SUCCESS)
 }
 
-/// Part 4.
+/// Runs part 4, the hurried steps.
 fn bound(out: &Path, models: Option<&Path>, effort: Effort) -> anyhow::Result<()> {
     let mut rows = Vec::new();
     for pair in &pairs::PAIRS {

@@ -13,12 +13,12 @@ use palpus::algebra::Random;
 /// Motion of a probe.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Motion {
-    /// Approaches from a random side until it touches. It then moves in and out between first touch
-    /// and a depth of one amplitude, and sideways. It never backs off along the approach, so that
-    /// the median tick, like the slowest one, is a tick of contact.
+    /// The probe approaches from a random side until it touches. Then it moves in and out between
+    /// first touch and a depth of one amplitude, and sideways. It never backs off along the
+    /// approach, so that both the median tick and the slowest tick have contact.
     Orbit,
-    /// Turns to and fro about an axis of the environment's frame through `center`, advances with
-    /// the turn like a screw, and sways.
+    /// The probe turns to and fro about an axis of the environment's frame through `center`,
+    /// advances with the turn like a screw, and sways.
     Screw {
         /// Position of the probe's frame at rest, m.
         rest: DVec3,
@@ -40,8 +40,8 @@ pub(in crate::bench) const PERIOD: f64 = 500.0;
 /// Largest number of ticks in a stretch.
 pub(super) const STRETCH: usize = 2000;
 
-/// Stretches of poses of a in b's frame: `ticks` poses in total, not counting the first pose of
-/// each stretch.
+/// Returns stretches of poses of a in b's frame: `ticks` poses in total, not counting the first
+/// pose of each stretch.
 ///
 /// `amplitude` (m): the depth of an orbit, and its sideways distance to each side.
 pub(super) fn stretches(
@@ -70,7 +70,7 @@ pub(super) fn stretches(
                     let phase = begin + TAU * k as f64 / PERIOD;
                     let angle = swing * phase.sin();
                     let turn = DQuat::from_rotation_z(angle);
-                    // Another frequency, so that every side is touched during every turn.
+                    // The sway has another frequency than the turn, so that every side is touched.
                     let (sin, cos) = (0.77 * phase).sin_cos();
                     let across = DVec3::new(cos, sin, 0.0) * sway;
                     let along = DVec3::Z * (pitch * angle / TAU + lift * (0.5 * phase).cos());
@@ -117,7 +117,7 @@ impl Orbit {
             let bounds = |body: &Body| (body.mesh().bounds().min + body.mesh().bounds().max) / 2.0;
             let (middle, goal) = (bounds(&a), bounds(&b));
             let at = |way: f64| Pose::new(turn, goal - turn * middle + approach * way);
-            // Conservative advancement: the nearest distance can always be travelled.
+            // Conservative advancement: a step of the nearest distance cannot cause overlap.
             let mut way = a.size() + b.size();
             let (mut gap, mut outward) = (f64::INFINITY, approach);
             for _ in 0..MOST_ADVANCES {
@@ -136,15 +136,17 @@ impl Orbit {
         }
     }
 
-    /// Slides by up to `sideways` to each side and sinks from touch to `depth`; phase 0 is touch.
+    /// Returns the pose at `phase` of a slide by up to `sideways` (m) to each side that sinks from
+    /// touch (phase 0) to `depth` (m).
     pub(super) fn slide(&self, phase: f64, sideways: f64, depth: f64) -> Pose {
         let (sin, cos) = phase.sin_cos();
         let shift = self.sideways * (sideways * sin) - self.outward * (0.5 * depth * (1.0 - cos));
         Pose { translation: self.touch.translation + shift, ..self.touch }
     }
 
-    /// At phase 0 the bodies touch. At half a period they are deeper by one amplitude along the
-    /// normal. On curved surfaces, the sideways motion and the rotation may still separate them.
+    /// Returns the pose at `phase`. At phase 0 the bodies touch. At half a period they are deeper
+    /// by one amplitude along the normal. On curved surfaces, the sideways motion and the rotation
+    /// may still separate them.
     fn pose(&self, phase: f64) -> Pose {
         let (sin, cos) = phase.sin_cos();
         let spin = DQuat::from_scaled_axis(self.spin * (ORBIT_TURN * sin));

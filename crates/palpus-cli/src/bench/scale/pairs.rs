@@ -40,8 +40,7 @@ const SEED: u64 = 0x5ca1_e001;
 /// Newell's tea set, scaled to the usual size.
 const TEA: f64 = 0.08;
 
-/// The pairs. Their sizes are those of hand-held objects. The tolerances are typical choices of a
-/// user.
+/// The pairs have the sizes of hand-held objects. The tolerances are typical choices of a user.
 pub(in crate::bench) const PAIRS: [Pair; 6] = [
     // As in the paper, about 1 % of the smaller body.
     Pair {
@@ -60,8 +59,8 @@ pub(in crate::bench) const PAIRS: [Pair; 6] = [
         tolerance: 0.002,
         amplitude: 0.002,
     },
-    // Seated against the upper flank of the thread and turned to and fro by 3 degrees. The 0.06 mm
-    // of play is on one side.
+    // The nut lies on the upper flank of the thread and turns to and fro by 3 degrees. The 0.06
+    // mm of play are on one side.
     Pair {
         name: "nut-bolt",
         a: Model { file: "nut_m16_loose.obj", scale: 1.0 },
@@ -77,7 +76,7 @@ pub(in crate::bench) const PAIRS: [Pair; 6] = [
         tolerance: 0.000_005,
         amplitude: 0.0,
     },
-    // Meshed, with 0.18 mm of play between the teeth. The rotation uses up the play on both sides.
+    // The teeth mesh with 0.18 mm of play. The rotation uses up the play on both sides.
     Pair {
         name: "gears",
         a: Model { file: "gear_medium.obj", scale: 1.0 },
@@ -118,7 +117,7 @@ impl Pair {
     }
 }
 
-/// Writes the files from which another library computes the same poses.
+/// Files from which another library computes the same poses.
 #[derive(Debug, Serialize)]
 pub(super) struct Repeat {
     a: PathBuf,
@@ -131,7 +130,7 @@ pub(super) struct Repeat {
     seed: u64,
 }
 
-/// The bodies of a pair, and `ticks` of its motion.
+/// Returns the bodies of a pair, and `ticks` of its motion.
 pub(in crate::bench) fn posed(
     pair: &Pair,
     files: &[PathBuf; 2],

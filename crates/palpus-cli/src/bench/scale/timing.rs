@@ -22,8 +22,8 @@ pub(super) struct Times {
 }
 
 /// Times the step along stretches of coherent motion. The renderer is cleared before each stretch.
-/// The first tick of a stretch places the probe and is not counted. Of each tick, the smallest time
-/// of all passes is kept.
+/// The first tick of a stretch places the probe and is not counted. For each tick, the smallest
+/// time of all passes is kept.
 pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64, passes: u32) -> anyhow::Result<Times> {
     let mut renderer = Renderer::new(bodies.a.clone(), bodies.b.clone(), settings(tolerance))?;
     let clock = WallClock::new();

@@ -30,7 +30,7 @@ impl Data<'_> {
         serde_json::from_str(&self.text(id, file)?).ok()
     }
 
-    /// Outcome of a step.
+    /// Returns the outcome of a step.
     pub(super) fn ran(&self, id: &str) -> Option<Ran> {
         self.json(id, FILE)
     }
@@ -39,7 +39,7 @@ impl Data<'_> {
         self.ran(id).is_some_and(|ran| ran.outcome == Outcome::Done)
     }
 
-    /// The columns of a table of numbers, by name.
+    /// Returns the columns of a table of numbers, by name.
     pub(super) fn columns(&self, id: &str, file: &str) -> Option<Columns> {
         let text = self.text(id, file)?;
         let mut lines = text.lines();
@@ -64,7 +64,7 @@ impl Columns {
     }
 }
 
-/// Quantile of the finite `values`; NaN without any.
+/// Returns a quantile of the finite `values`; NaN without any.
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     palpus::algebra::quantile(&mut finite, share).unwrap_or(f64::NAN)

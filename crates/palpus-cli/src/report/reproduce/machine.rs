@@ -5,7 +5,7 @@ use std::fs::read_to_string;
 
 type Facts = Vec<(String, String)>;
 
-/// Processor, memory, system; unknown facts are left out.
+/// Returns processor, memory and system; unknown facts are left out.
 pub(super) fn facts() -> Facts {
     let mut facts = Facts::new();
     let mut add = |name: &str, value: Option<String>| facts.extend(value.map(|value| (name.to_owned(), value)));
@@ -18,7 +18,7 @@ pub(super) fn facts() -> Facts {
     facts
 }
 
-/// Versions of the program and of its compiler.
+/// Returns the versions of the program and of its compiler.
 pub(super) fn versions() -> Facts {
     let known = |text: &'static str| Some(text).filter(|text| !text.is_empty());
     let profile = known(env!("PALPUS_PROFILE")).map(|profile| match profile {

@@ -4,10 +4,10 @@
 //! 1. *Plan* ([`plan`]): one command for each step, as a user would type it.
 //! 2. *Run* ([`ran`]): the steps run one after another, because most of them measure times. The
 //!    outcome of a step is stored with its files.
-//! 3. *Page* ([`page`], [`paper`], [`sections`]): made from these files ([`data`]), so that it can
-//!    be made again without measuring. Every section states whether its figures were measured in
-//!    this run, by which command, and how long it took. Figures from the documentation ([`stored`])
-//!    are marked.
+//! 3. *Page* ([`page`], [`paper`], [`sections`]): the page is made from these files ([`data`]), so
+//!    it can be made again without measuring. Every section states whether its figures were
+//!    measured in this run, by which command, and how long it took. Figures from the documentation
+//!    ([`stored`]) are marked.
 
 mod data;
 mod machine;
@@ -57,7 +57,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     let out = std::path::absolute(folder).context("the folder of the report has no path")?;
     let models = arguments.models.as_deref().map(std::path::absolute).transpose().context("--models has no path")?;
     if let Some(models) = models.as_deref().filter(|models| !models.is_dir()) {
-        bail!("--models {} is no folder", models.display());
+        bail!("--models {} is not a folder", models.display());
     }
     let wanted = Wanted { out: &out, models: models.as_deref(), quick: arguments.quick };
     let steps = plan(&wanted);
@@ -108,7 +108,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     Ok(())
 }
 
-/// The command as typed, without folders.
+/// Returns the command as typed, without folders.
 fn command(arguments: &ReportArguments) -> String {
     let mut command = "palpus report DIR --reproduce".to_owned();
     if arguments.quick {
@@ -124,12 +124,12 @@ fn command(arguments: &ReportArguments) -> String {
     command
 }
 
-/// The page of the reproduction in `folder`.
+/// Returns the page of the reproduction in `folder`.
 pub(super) fn page(folder: &Path) -> anyhow::Result<String> {
     let file = folder.join(FILE);
     let text = std::fs::read_to_string(&file).with_context(|| format!("{} could not be read", file.display()))?;
     let reproduction: Reproduction =
-        serde_json::from_str(&text).with_context(|| format!("{} is not what it should be", file.display()))?;
+        serde_json::from_str(&text).with_context(|| format!("{} does not describe a reproduction", file.display()))?;
     let data = Data { folder };
     let run = reproduction.run.as_str();
     let title = "Six-degree-of-freedom haptic display, reproduced";
@@ -196,7 +196,7 @@ fn head(html: &mut Html, title: &str, data: &Data<'_>, reproduction: &Reproducti
     });
 }
 
-/// The line below a section's title: whether its figures were measured in this run, by which
+/// Writes the line below a section's title: whether its figures were measured in this run, by which
 /// command, and how long it took.
 fn origin(html: &mut Html, data: &Data<'_>, id: &str, run: &str) {
     let Some(ran) = data.ran(id) else {

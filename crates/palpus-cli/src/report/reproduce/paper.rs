@@ -8,7 +8,7 @@ use super::origin;
 use crate::numbers::{counted, number_of, said};
 use crate::report::html::{Html, Table, Tone};
 
-/// Number of pieces of the models.
+/// Writes the section on the numbers of pieces of the models.
 pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("table1", "Table 1: convex pieces", |section| {
         section.paragraph(
@@ -53,7 +53,7 @@ pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// A spoon in a cup, with the force of each cluster.
+/// Writes the section on a spoon in a cup, with the force of each cluster.
 pub(super) fn figure_4(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("figure4", "Figure 4: a contact scenario", |section| {
         section.paragraph(
@@ -137,7 +137,7 @@ impl Profile {
     }
 }
 
-/// Query time, force time and contacts.
+/// Writes the section on query time, force time and contacts.
 pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("figure5", "Figure 5: computation profile", |section| {
         section.paragraph(
@@ -165,7 +165,7 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
                 row("most contacts in a tick", "30", said(profile.most_contacts, 3)),
                 row("query and force, half of the ticks in contact (µs)", "", said(profile.half, 3)),
                 row("query and force, slowest tick (µs)", "about 2000", said(profile.most, 3)),
-                row("so a rate of at least (Hz)", "500", said(1e6 / profile.most, 3)),
+                row("possible rate, at least (Hz)", "500", said(1e6 / profile.most, 3)),
                 row(
                     "force computation, half of the ticks (µs)",
                     "a fraction of the query",
@@ -209,7 +209,7 @@ impl Smoothness {
     }
 }
 
-/// Contact point, normal and distance of a single contact.
+/// Writes the section on contact point, normal and distance of a single contact.
 pub(super) fn figure_6(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("figure6", "Figure 6: a single contact", |section| {
         section.paragraph(
@@ -233,7 +233,7 @@ pub(super) fn figure_6(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Statements of the paper, and the results measured here.
+/// Writes the statements of the paper and the results measured here.
 pub(super) fn claims(html: &mut Html, data: &Data<'_>) {
     let pieces = |model: &str| {
         let rows = data.json::<Vec<Value>>("figures", "table1.json")?;

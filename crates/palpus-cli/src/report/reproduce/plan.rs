@@ -1,5 +1,5 @@
-//! The steps of a reproduction: each a command of this program, or a script that compares others
-//! with it. Steps run one after another, since most of them measure times.
+//! The steps of a reproduction. Each step is a command of this program, or a script that compares
+//! other libraries with it. Steps run one after another, since most of them measure times.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,7 @@ pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
     ("coal-lucy-embryo", "lucy-embryo", [2000, 200], 90.0),
 ];
 
-/// The first of [`PAIRS`] takes little time.
+/// Ticks of the first of [`PAIRS`], for palpus and for Coal, in a quick reproduction.
 const QUICK_PAIR: [u32; 2] = [4000, 500];
 
 /// The steps of [`plan`], in their order.
@@ -99,7 +99,7 @@ pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
     let mut steps = vec![doctor(wanted), figures(wanted), run(wanted)];
     steps.push(Step {
         id: "depth",
-        what: "penetration depth: the walk compared with the proof",
+        what: "penetration depth: smoothness, and proven bounds",
         about: 1.0,
         command: Ok(wanted.palpus(&["bench", "depth", "--out"]).path(wanted.folder("depth"), "DIR/data/depth")),
         is_quick: false,
@@ -121,19 +121,19 @@ pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
 }
 
 impl Wanted<'_> {
-    /// Folder of a step's files.
+    /// Returns the folder of a step's files.
     pub(super) fn folder(&self, id: &str) -> PathBuf {
         self.out.join("data").join(id)
     }
 
-    /// This program with arguments.
+    /// Returns this program with arguments.
     fn palpus(&self, arguments: &[&str]) -> Invocation {
         Invocation::new(program(), "palpus").args(arguments)
     }
 }
 
-/// The path of this program. If the file has been replaced since the start, or Python runs the
-/// program, it is found by its name.
+/// Returns the path of this program. If the file has been replaced since the start, or Python runs
+/// the program, the name of the program is returned.
 fn program() -> PathBuf {
     let running = std::env::current_exe().ok().filter(|path| path.file_stem().is_some_and(|name| name == "palpus"));
     running.unwrap_or_else(|| "palpus".into())

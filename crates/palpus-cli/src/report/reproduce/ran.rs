@@ -34,7 +34,7 @@ pub(super) struct Ran {
     pub(super) why: String,
     pub(super) seconds: f64,
     pub(super) finished: String,
-    /// Load average at the start, which shows the other load of the machine.
+    /// Load average at the start, which shows the load by other programs.
     pub(super) load: Option<f64>,
     pub(super) quick: bool,
 }
@@ -44,10 +44,10 @@ pub(super) const FILE: &str = "ran.json";
 /// Output of the command.
 pub(super) const SAID: &str = "said.txt";
 
-/// Runs the step. If it fails, the page says so and the other steps still run.
+/// Runs the step. If the step fails, the page reports it, and the other steps still run.
 pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result<Ran> {
     let folder = wanted.folder(step.id);
-    // Removes the files of an earlier run, so that they are not taken for new ones.
+    // Removes the files of an earlier run, so that they do not count as results of this run.
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| format!("{} could not be emptied", folder.display()))?;
     }

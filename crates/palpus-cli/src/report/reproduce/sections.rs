@@ -14,7 +14,7 @@ use crate::numbers::said;
 use crate::report::html::{Html, Table, Tone};
 use crate::report::run::Run;
 
-/// The closed loop in real time on this machine.
+/// Writes the section on the closed loop in real time on this machine.
 pub(super) fn run(html: &mut Html, data: &Data<'_>, run: &str) -> anyhow::Result<()> {
     let recording = data.path("run", "run.csv");
     let read = recording.is_file().then(|| Run::of(&recording, FilePolicy::Inside)).transpose()?;
@@ -38,7 +38,7 @@ pub(super) fn run(html: &mut Html, data: &Data<'_>, run: &str) -> anyhow::Result
     Ok(())
 }
 
-/// Figures of feel.
+/// Writes the section on the figures of feel.
 pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("feel", "What contact feels like", |section| {
         section.paragraph(
@@ -111,7 +111,7 @@ fn of_all_scenes(text: &str, begin: &str) -> Option<Table> {
     whole
 }
 
-/// The time of a step as a function of triangles and contacts.
+/// Writes the section on the time of a step as a function of triangles and contacts.
 pub(super) fn scale(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("scale", "What a step depends on", |section| {
         section.paragraph(
@@ -162,7 +162,7 @@ fn scale_row(row: &Value) -> Vec<String> {
     ]
 }
 
-/// Real pairs, compared with Coal.
+/// Writes the section on real pairs, compared with Coal.
 pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("pairs", "Real pairs, beside Coal", |section| {
         section.paragraph(
@@ -201,7 +201,7 @@ pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// A pair's name is written with either dash.
+/// True if one of `rows` has the name of `row`, written with either dash.
 fn names_same(rows: &[Vec<String>], row: &[String]) -> bool {
     let plain = |name: &str| name.replace('–', "-");
     rows.iter().any(|known| known.first().map(|name| plain(name)) == row.first().map(|name| plain(name)))
@@ -214,7 +214,8 @@ fn is_stored(html: &mut Html, file: &str) {
     });
 }
 
-/// Penetration depth and distance of convex pairs, compared with other libraries.
+/// Writes the section on penetration depth and distance of convex pairs, compared with other
+/// libraries.
 pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("convex", "Convex pairs, compared with parry, Coal and MuJoCo", |section| {
         section.paragraph(
@@ -248,7 +249,7 @@ pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Table of the bench alone, without the libraries that need Python.
+/// Returns the table of the bench alone, without the libraries that need Python.
 fn parry_alone(data: &Data<'_>) -> Option<Table> {
     let text = data.text("convex", "convex.csv")?;
     let row = |line: &str| {
@@ -266,7 +267,7 @@ fn parry_alone(data: &Data<'_>) -> Option<Table> {
     })
 }
 
-/// How the centre of a contact patch moves.
+/// Writes the section on the motion of the centre of a contact patch.
 pub(super) fn depth(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("depth", "Penetration depth: smoothness", |section| {
         section.paragraph(
@@ -280,7 +281,7 @@ pub(super) fn depth(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Machine, versions, and every command.
+/// Writes the section on the machine, the versions, and every command.
 pub(super) fn made(html: &mut Html, data: &Data<'_>, reproduction: &Reproduction) {
     html.section("made", "How this was made", |section| {
         section.paragraph(&format!(
@@ -298,7 +299,7 @@ pub(super) fn made(html: &mut Html, data: &Data<'_>, reproduction: &Reproduction
         section.heading("Commands, in their order");
         let row = |id: &&'static str| data.ran(id).map(|ran| command_row(id, &ran, &reproduction.run));
         section.table(&Table {
-            head: ["step", "command", "what came of it", "took", "load when it began"].map(str::to_owned).to_vec(),
+            head: ["step", "command", "outcome", "took", "load when it began"].map(str::to_owned).to_vec(),
             rows: STEPS.iter().filter_map(row).collect(),
             naming: 3,
             ..Table::default()
@@ -327,7 +328,7 @@ fn command_row(id: &str, ran: &Ran, run: &str) -> Vec<String> {
     vec![id.to_owned(), command, what, took, ran.load.map_or(String::new(), |load| said(load, 2))]
 }
 
-/// Facts measured by the doctor.
+/// Returns the facts measured by the doctor.
 fn from_doctor(data: &Data<'_>) -> Vec<(String, String)> {
     let Some(found) = data.json::<Value>("doctor", SAID) else { return Vec::new() };
     let mut facts = Vec::new();
@@ -372,7 +373,7 @@ fn governor_names(all: &[Value]) -> String {
     all.iter().filter_map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// The verdict of `palpus doctor` as a badge; empty if that step was not run.
+/// Returns the verdict of `palpus doctor` as a badge; empty if that step was not run.
 pub(super) fn fitness(data: &Data<'_>) -> Option<(Tone, &'static str)> {
     let found = data.json::<Value>("doctor", SAID)?;
     match word(&found, &["verdict", "fitness"])? {

@@ -1,5 +1,5 @@
 //! Figures of an earlier run, read from the documentation. If this machine cannot measure a figure,
-//! the page shows the stored one and marks it.
+//! the page shows the stored figure and marks it.
 
 use super::super::html::Table;
 
@@ -42,7 +42,7 @@ pub(super) fn tables(text: &str, section: &str) -> Vec<Table> {
     tables
 }
 
-/// Number of leading columns that hold names.
+/// Returns the number of leading columns that hold names.
 fn naming(table: &Table) -> usize {
     let is_name = |cell: &String| cell.chars().next().is_some_and(char::is_alphabetic) && cell != "lost";
     let names = |column: usize| table.rows.iter().any(|row| row.get(column).is_some_and(is_name));

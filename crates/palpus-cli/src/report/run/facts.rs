@@ -13,7 +13,7 @@ fn fact(name: &str, value: impl Into<String>) -> (String, String) {
     (name.to_owned(), value.into())
 }
 
-/// Scene, device and version.
+/// Returns scene, device and version.
 pub(super) fn of_header(header: &RecordingHeader) -> Facts {
     let scene = &header.scene;
     let source = match &scene.source {
@@ -33,7 +33,7 @@ pub(super) fn of_header(header: &RecordingHeader) -> Facts {
     ]
 }
 
-/// The scene's name for the title of the page.
+/// Returns the scene's name for the title of the page.
 pub(super) fn name(header: &RecordingHeader) -> &str {
     match &header.scene.source {
         SceneSource::BuiltIn(name) => name,
@@ -47,7 +47,7 @@ fn file_name(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
-/// The engine's settings.
+/// Returns the engine's settings.
 pub(super) fn of_settings(settings: &Settings) -> Facts {
     let millimetres = |metres: f64| format!("{} mm", said(metres * 1e3, 4));
     let degrees = |radians: f64| format!("{}°", said(radians.to_degrees(), 4));
@@ -141,7 +141,7 @@ pub(super) fn changed(before: &Settings, after: &Settings) -> String {
     each.collect::<Vec<_>>().join("; ")
 }
 
-/// All other parameters of the run, by dotted names.
+/// Returns all other parameters of the run, by dotted names.
 pub(super) fn of_more(table: &toml::Table) -> Facts {
     let mut facts = Vec::new();
     flatten("", table, &mut facts);

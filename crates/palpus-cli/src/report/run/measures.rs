@@ -92,7 +92,7 @@ impl Measures {
         }
     }
 
-    /// Ticks in which a fault removed the force.
+    /// Returns the number of ticks in which a fault removed the force.
     pub(super) fn fault_ticks(&self) -> u64 {
         self.cuts.iter().filter(|cut| cut.cut.is_fault()).map(|cut| cut.ticks).sum()
     }
@@ -118,8 +118,8 @@ pub(super) struct Choice {
     pub(super) what: &'static str,
 }
 
-/// Deepest contact (or the nearest), most contacts, and largest force: one picture for each,
-/// without duplicates.
+/// Returns one picture each for the deepest (or nearest) contact, most contacts, and the largest
+/// force, without duplicates.
 pub(super) fn choices(rows: &[RecordRow]) -> Vec<Choice> {
     let mut choices: Vec<Choice> = Vec::new();
     let mut choose = |what: &'static str, value: &dyn Fn(&RecordRow) -> f64| {
@@ -136,7 +136,7 @@ pub(super) fn choices(rows: &[RecordRow]) -> Vec<Choice> {
     choices
 }
 
-/// True for ticks whose pictures would look the same.
+/// Ticks that are nearer to each other than this have similar pictures.
 const SAME_MOMENT: u64 = 10;
 
 #[cfg(test)]

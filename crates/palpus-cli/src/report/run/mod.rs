@@ -6,8 +6,8 @@
 //! 3. Pictures are painted without a display. Plots, tables and facts ([`facts`]) complete the
 //!    page.
 //!
-//! The page is always made, and lists parts that could not be made: if the meshes of a recording
-//! are missing, its rows are still available.
+//! The page is always made, and lists parts that could not be made. For example, if the meshes of a
+//! recording are missing, its rows are still available.
 
 mod facts;
 mod measures;
@@ -59,7 +59,7 @@ impl Run {
         Ok(Self { file, measures: Measures::of(&recording.rows), choices, again, recording })
     }
 
-    /// The whole page.
+    /// Returns the whole page.
     pub(super) fn page(&self) -> anyhow::Result<String> {
         let name = facts::name(&self.recording.header);
         let title = format!("{name}: a run of {}", duration(self.measures.duration_s));
@@ -119,7 +119,7 @@ impl Run {
         });
     }
 
-    /// All content below the title.
+    /// Writes all content below the title.
     fn tell(&self, html: &mut Html) -> anyhow::Result<()> {
         self.tiles(html);
         let parts = [
@@ -153,7 +153,7 @@ impl Run {
         Ok(())
     }
 
-    /// The key figures at the top.
+    /// Writes the key figures at the top.
     pub(super) fn tiles(&self, html: &mut Html) {
         let m = &self.measures;
         let depth = match m.least_separation {
@@ -204,7 +204,8 @@ impl Run {
         });
     }
 
-    /// Pictures of moments, and the meanings of their colours; empty if there was no contact.
+    /// Writes pictures of moments, and the meanings of their colours; nothing if there was no
+    /// contact.
     pub(super) fn moments(&self, html: &mut Html) -> anyhow::Result<()> {
         let Ok(again) = &self.again else { return Ok(()) };
         let mut shots = Vec::new();
@@ -234,7 +235,7 @@ impl Run {
         Ok(())
     }
 
-    /// Plots of force, torque, contacts, separation and times, and the histograms.
+    /// Writes plots of force, torque, contacts, separation and times, and the histograms.
     pub(super) fn plots(&self, html: &mut Html) {
         let rows = &self.recording.rows;
         if rows.len() < 2 {

@@ -25,7 +25,7 @@ use crate::doctor::load::{self, Snapshot};
 
 /// Largest share of ticks that may be late by over half a millisecond.
 const MOST_LATE: f64 = 1e-3;
-/// Lateness from which a tick counts as late, ns; the same as in the loop.
+/// Lateness from which a tick counts as late, ns, as in the loop.
 const LATE_NANOS: u64 = 500_000;
 /// Number of stored points of the distribution.
 const POINTS: u32 = 56;
@@ -62,7 +62,7 @@ impl Stretch {
     pub(super) fn of(buckets: &Buckets) -> Self {
         let all = buckets.total().max(1) as f64;
         let share = |nanos: u64| buckets.beyond(nanos) as f64 / all;
-        // Four points in each octave, from half a microsecond on.
+        // Three points in each octave, from half a microsecond on.
         let micros = |k: u32| 0.5 * 2f64.powf(f64::from(k) / 3.0);
         let beyond = (0..POINTS).map(|k| (micros(k), share((micros(k) * 1e3) as u64))).collect();
         Self { turns: buckets.total(), late_us: Micros::of(buckets), late_share: share(LATE_NANOS), beyond }
@@ -152,7 +152,7 @@ impl Report {
         })
     }
 
-    /// Samples the machine if it is time to.
+    /// Samples the machine if the interval between samples has passed.
     pub(super) fn see(&mut self, watch: &mut Watch, elapsed: Duration) {
         watch.look(elapsed, &mut self.samples);
     }
@@ -263,12 +263,12 @@ impl Report {
         self.whole.late as f64 / self.whole.ticks.max(1) as f64
     }
 
-    /// Lateness of the loop.
+    /// Returns the lateness of the loop.
     pub(super) fn lateness(&self) -> Stretch {
         Stretch::of(&self.lateness)
     }
 
-    /// Document of `--json`; the field names are its interface.
+    /// Returns the document of `--json`; the field names are its interface.
     pub(super) fn document(&self) -> Value {
         let whole = &self.whole;
         let all = whole.ticks.max(1) as f64;
@@ -313,7 +313,7 @@ impl Report {
     }
 }
 
-/// An empty list with capacity for `most` items, whose memory has been touched once.
+/// Returns an empty list with capacity for `most` items, whose memory has been touched once.
 fn touched<T: Clone + Default>(most: usize) -> Vec<T> {
     let mut list = vec![T::default(); most];
     list.iter_mut().for_each(|item| *std::hint::black_box(item) = T::default());

@@ -52,7 +52,7 @@ impl Report {
 const STYLE: &str = "body{font-family:sans-serif;max-width:1020px;margin:2em auto;color:#222}\
     th{text-align:right;padding:.2em 1em .2em 0;vertical-align:top;white-space:nowrap}td{padding:.2em 0}svg{max-width:100%;height:auto}";
 
-/// Replaces an older file by a complete new one.
+/// Replaces an older file by a complete new file.
 fn replace(file: &Path, text: &str) -> anyhow::Result<()> {
     let problem = || format!("{} could not be written", file.display());
     let new = file.with_extension("new");

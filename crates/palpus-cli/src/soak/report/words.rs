@@ -1,4 +1,4 @@
-//! The report as text.
+//! Formats the report as text.
 
 use super::{Micros, Report, Row, Stretch};
 use crate::durations::spoken;
@@ -20,7 +20,7 @@ impl Stretch {
 }
 
 impl Report {
-    /// Announcement of the run.
+    /// Returns the announcement of the run.
     pub(in crate::soak) fn announced(&self) -> String {
         format!(
             "{}: {} in real time at {:.0} Hz, a {} hand that moves at random (seed {}), no window; Ctrl-C ends the run with its report in {}",
@@ -39,7 +39,7 @@ impl Report {
         if failures.is_empty() { format!("held{so_far}") } else { format!("did not hold: {}", failures.join("; ")) }
     }
 
-    /// Text of the live line.
+    /// Returns the text of the live line.
     pub(in crate::soak) fn live(&self) -> String {
         let row = self.rows.last().copied().unwrap_or_default();
         let late = self.late_share() * 100.0;
@@ -54,7 +54,7 @@ impl Report {
         )
     }
 
-    /// Names and values, for people.
+    /// Returns names and values, for people.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let whole = &self.whole;
         let all = whole.ticks.max(1) as f64;
@@ -117,8 +117,8 @@ impl Report {
         lines
     }
 
-    /// Values at the first sample after a tenth of the run, when all memory has been used once, and
-    /// at the last sample.
+    /// Describes the memory at two samples: the first sample after a tenth of the run, when all
+    /// memory has been used once, and the last sample.
     fn memory_in_words(&self) -> String {
         let Some((last, sample)) = self.samples.last() else { return "not known here".to_owned() };
         let early =

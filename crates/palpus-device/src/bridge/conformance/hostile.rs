@@ -10,7 +10,7 @@ const SEED: u64 = 0xb41d_6e00;
 /// Offset of the CRC-32.
 const CHECK: std::ops::Range<usize> = 12..16;
 
-/// Generates hostile frames. Each contains a wrench, so that a wrong reaction shows as a force.
+/// Generates hostile frames. Each frame contains a wrench, so that a wrong reaction causes a force.
 pub(super) struct Hostile {
     session: u64,
     wrench: Wrench,
@@ -39,7 +39,7 @@ impl Hostile {
             0 => self.set(&Frame { nonce: nonce_but(self.session), ..good }),
             1 => self.set(&Frame { sequence: sent, ..good }),
             2 => {
-                // One bit is wrong.
+                // One bit of the frame is flipped.
                 self.set(&good);
                 let bit = self.random.below(8 * self.bytes.len());
                 self.bytes[bit / 8] ^= 1 << (bit % 8);

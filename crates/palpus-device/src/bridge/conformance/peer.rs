@@ -1,4 +1,4 @@
-//! The part of palpus in a session, frame by frame, for the tester.
+//! The tester's end of a session: it sends and receives single frames in the role of palpus.
 
 use std::time::{Duration, Instant};
 
@@ -10,9 +10,9 @@ use crate::bridge::session::{BUFFER, Session};
 use crate::bridge::socket::Heard;
 use crate::bridge::{BridgeAddress, BridgeError, USUAL_RATE};
 
-/// If no state arrives for this time, the driver counts as ended.
+/// If no state arrives for this time, the driver counts as stopped.
 const SILENCE: Duration = Duration::from_millis(500);
-/// Time in which states that were in transit arrive.
+/// Longest time for which a state can be in transit.
 const SOON: Duration = Duration::from_millis(150);
 /// Time (s) and number of states within which an expected reaction must occur.
 const MOST_TIME: f64 = 0.2;
@@ -91,7 +91,7 @@ impl Peer {
         state.ok_or_else(|| self.lost(format!("no state in {} ms", SILENCE.as_millis())))
     }
 
-    /// Reads the waiting states and returns the newest one.
+    /// Reads the waiting states and returns the newest state.
     pub(super) fn newest(&mut self) -> Result<Numbered, String> {
         let mut newest = self.next_state()?;
         // The number of reads is bounded, since the driver keeps sending.
@@ -152,8 +152,9 @@ impl Peer {
         self.session.socket.send(bytes).map(|_| ()).map_err(|error| self.lost(gone(&error)))
     }
 
-    /// Returns true if the states end soon, by the device's clock; states in transit are ignored. A
-    /// driver that missed the close ends the session a quarter of a second after the last command.
+    /// Returns true if the driver soon stops sending states, by the device's clock. States in
+    /// transit are ignored. A driver that missed the close ends the session a quarter of a second
+    /// after the last command.
     pub(super) fn falls_silent(&mut self) -> bool {
         let mut first = None;
         while let Ok(Some(Numbered { state, .. })) = self.state_within(SOON) {

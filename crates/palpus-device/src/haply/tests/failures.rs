@@ -13,7 +13,7 @@ use super::{assert_no_force_twice, drive, drive_until_lost};
 /// A name or an expected reason, and the action of the service.
 type Case = (&'static str, fn() -> Act);
 
-/// Runs a service that fails once, at message 20. Returns the messages that it received.
+/// Runs a service that fails once, at message 20. Returns the messages that the service received.
 fn goes_wrong(wrong: fn() -> Act) -> Vec<Received> {
     let service = Service::usual(move |count| if count == 20 { wrong() } else { Act::Answer });
     let mut device = service.open();

@@ -87,8 +87,8 @@ fn no_force_is_stale_with_a_failing_service() {
             "seed {MISCHIEF_SEED:#x}: message {k} is based on state {knows}"
         );
         // If the earlier answer came twice, its second frame takes the place of the lost answer. On
-        // a busy machine an answer may arrive too late. The device then takes it for the answer to
-        // the next message, until there is time to discard a message.
+        // a busy machine an answer may arrive too late. The device then takes such an answer for
+        // the answer to the next message, until there is time to discard a message.
         let in_time =
             |lost: &usize| (lost.saturating_sub(4).max(1)..=*lost).all(|at| all[at].at - all[at - 1].at < ANSWER_TIME);
         let is_seen = |lost: &usize| !matches!(acts[lost - 1], 4..8) && in_time(lost);

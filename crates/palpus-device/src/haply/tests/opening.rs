@@ -131,7 +131,7 @@ fn arm_gets_its_paired_grip() {
     };
     let (paired, _) = notes(asked("1102"), two_arms());
     assert!(paired.contains("grip 1102") && paired.contains("paired with it"), "{paired}");
-    // The grip of another arm must not replace a missing one.
+    // The grip of another arm must not replace a missing grip.
     let (missing, rotation) = notes(asked("9999"), two_arms());
     assert!(missing.contains("no grip") && rotation == 0, "{missing}");
     let mut said = two_arms();

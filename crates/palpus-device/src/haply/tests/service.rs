@@ -21,7 +21,7 @@ pub(super) struct Received {
     pub(super) session: Option<String>,
 }
 
-/// Action of a scripted service at a message.
+/// Action of a scripted service in response to a message.
 pub(super) enum Act {
     /// Answers correctly.
     Answer,
@@ -29,7 +29,7 @@ pub(super) enum Act {
     Say(Vec<String>),
     /// Answers correctly after this time.
     After(Duration),
-    /// Answers correctly, and reports this function of the commanded force.
+    /// Answers correctly, and reports the force that this function returns for the commanded force.
     Echo(fn(DVec3) -> DVec3),
     Silence,
     /// Answers with a binary message.
@@ -210,7 +210,7 @@ pub(super) fn inventory() -> Value {
     inventory
 }
 
-/// Returns a state. The arm's z is the number of messages in millimetres.
+/// Returns a state. The arm's z is 1 mm times the number of messages.
 pub(super) fn frame(count: usize) -> Value {
     json!({
         "session_id": 3,

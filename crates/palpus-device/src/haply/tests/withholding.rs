@@ -94,7 +94,7 @@ fn force_is_not_sent_before_the_loop_saw_the_gap() {
     assert!(!drive_until_withheld(&mut device, false).withheld);
 }
 
-/// Returns a service that reports `given` of the last commanded force.
+/// Returns a service whose reported force is `given` applied to the last commanded force.
 fn echoing(given: fn(DVec3) -> DVec3) -> Service {
     let script = move |_| Act::Echo(given);
     Service::usual(script)

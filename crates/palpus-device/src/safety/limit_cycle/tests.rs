@@ -9,7 +9,7 @@ use super::*;
 use crate::simulated::SimulationSettings;
 
 const PERIOD: f64 = 1e-3;
-/// Amplitude relative to the peak. Peak to peak it is 0.85 N or 19 mN·m.
+/// Amplitude relative to the peak. The peak-to-peak value is 0.85 N or 19 mN·m.
 const AMPLITUDE: f64 = 0.05;
 /// Step of an encoder, m.
 const STEP: f64 = 3e-5;
@@ -68,13 +68,13 @@ fn cycles_of_any_period_are_attenuated() {
                 let gain = answer.force.length() / computed.force.length();
                 let of_torque = answer.torque.length() / computed.torque.length();
                 let (touched, other) = if turns { (of_torque, gain) } else { (gain, of_torque) };
-                assert!((other - 1.0).abs() < 1e-12, "period {period}: the other kind must stay unchanged");
+                assert!((other - 1.0).abs() < 1e-12, "period {period}: the gain of the other kind must stay 1");
                 assert!((0.1 - 1e-12..=1.0 + 1e-12).contains(&touched) && (k == 0 || touched <= last + 1e-12));
                 last = touched;
             }
             let seen = seen.expect("a cycle of any period is detected");
             assert!(seen < 50 + 5 * period.max(10) && last < 0.11, "period {period}: at tick {seen}, gain {last}");
-            // The cycle ends under load, so the gain stays low. Without load it rises to 1.
+            // The cycle ends under load, so the gain stays low. Without load the gain rises to 1.
             let pose = at(0.0);
             for _ in 0..300 {
                 stage.attenuate(&load, &pose, PERIOD);
@@ -127,7 +127,7 @@ fn tremor_against_a_wall_is_not_attenuated() {
 #[test]
 fn stick_slip_and_textures_are_not_attenuated() {
     for speed in [2e-3, 0.02, 0.2] {
-        // A saw tooth of 1 N, from a spring of 1 kN/m in stick-slip.
+        // The force is a saw tooth of 1 N: a spring of 1 kN/m in stick-slip.
         let slip = changed(4.0, |time| (force(-2.0 - (speed * time * 1e3).fract()), at(speed * time)));
         // A texture with waves of 0.1 mm every 0.5 mm.
         let wave = changed(4.0, |time| {

@@ -37,7 +37,7 @@ fn slow_step_is_an_overrun_and_skips_periods() {
     let late = RefCell::new(Vec::new());
     let mut observer = |tick: &ServoTick, _: &()| late.borrow_mut().extend(tick.overrun.then_some(tick.index));
     let run = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &go_on());
-    // The tick that slept is late. The next one is late too, since it was due while this one slept.
+    // The tick that slept is late. The next tick is late too, since it was due during the sleep.
     assert!(late.borrow().contains(&4) && late.borrow().contains(&5));
     assert_eq!((run.ticks, run.overruns), (10, late.borrow().len() as u64));
     assert!(run.skipped >= 2);

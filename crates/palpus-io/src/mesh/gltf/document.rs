@@ -36,8 +36,8 @@ pub(super) struct Scene {
     pub(super) nodes: Vec<usize>,
 }
 
-/// The transforms are boxed, so that a list of empty nodes does not need a hundred times the memory
-/// of its text.
+/// The transforms are boxed, so that a list of empty nodes does not need a hundred times the
+/// memory of its text.
 #[derive(Deserialize)]
 pub(super) struct Node {
     pub(super) mesh: Option<usize>,

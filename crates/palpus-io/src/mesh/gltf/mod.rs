@@ -18,9 +18,9 @@
 //! states the unit, as for all other formats.
 //!
 //! We use `serde_json` and not the crate `gltf`. That crate subtracts 12 from the stated length of
-//! a GLB file without a check, which panics in debug builds. It calls `unwrap` in many places,
-//! although its validation does not check the bytes of accessors. It computes the transforms of
-//! nodes in f32. We need only a small part of the format.
+//! a GLB file without a check, which panics in debug builds. The crate calls `unwrap` in many
+//! places, although its validation does not check the bytes of accessors. The crate also computes
+//! the transforms of nodes in f32. We need only a small part of the format.
 
 mod accessor;
 mod document;
@@ -42,11 +42,12 @@ use document::{Primitive, Root, check_version_and_extensions, split_glb};
 use nodes::visit_nodes;
 
 /// Largest number of corners (and of vertices) that repeated meshes may produce, unless the file
-/// has more bytes than this: about 100 MB, or a thousand copies of a mesh of a thousand triangles.
+/// has more bytes than this limit: about 100 MB, or a thousand copies of a mesh of a thousand
+/// triangles.
 const MAX_INSTANCED: u64 = 1 << 22;
 
-/// Reads the first bytes of a file beside the glTF file. The arguments are its URI and the number
-/// of bytes; a shorter file gives fewer bytes.
+/// Reads the first bytes of a file beside the glTF file. The arguments are its URI and the
+/// number of bytes; a shorter file gives fewer bytes.
 pub type Fetch<'f> = dyn FnMut(&str, u64) -> io::Result<Vec<u8>> + 'f;
 
 /// Reads a glTF or GLB file that needs no other file. `name` is the name of the file in error
@@ -55,7 +56,7 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
     parse_with(bytes, name, &mut |_, _| Err(io::Error::other("other files may not be read")))
 }
 
-/// Reads a glTF or GLB file; `fetch` reads the files beside it.
+/// Reads a glTF or GLB file; `fetch` reads the other files to which it refers.
 pub fn parse_with(bytes: &[u8], name: &str, fetch: &mut Fetch<'_>) -> Result<PolygonSoup, MeshFileError> {
     read(bytes, fetch).map_err(|fault| fault.of(name))
 }
@@ -162,7 +163,8 @@ impl Reading<'_> {
         Ok(base)
     }
 
-    /// Appends the triangles of a primitive. Its vertex 0 is vertex `base` of the soup.
+    /// Appends the triangles of a primitive. Vertex 0 of the primitive is vertex `base` of the
+    /// soup.
     fn primitive(
         &mut self,
         primitive: &Primitive,
@@ -265,8 +267,8 @@ fn check_limit(count: u64, limit: u64) -> Result<(), Fault> {
     Err(Fault::new(Place::File, MeshProblem::TooLarge(what)))
 }
 
-/// Decodes the base64 data of a `data:` URI. The padding is optional, because some programs omit
-/// it.
+/// Decodes the base64 data of a `data:` URI. The padding is optional, because some programs write
+/// none.
 fn data_uri(uri: &str, place: Place) -> Result<Vec<u8>, Fault> {
     let data = uri.split_once(";base64,").and_then(|(_, text)| {
         let unpadded = text.strip_suffix("==").or_else(|| text.strip_suffix('=')).unwrap_or(text);

@@ -142,7 +142,7 @@ fn read_format(kind: &[u8], version: &[u8], place: Place) -> Result<Option<bool>
     }
 }
 
-/// Parses a property from the words after `property`; `None` if they are invalid.
+/// Parses a property from the words after `property`; `None` if these words are invalid.
 fn read_property(words: &[&[u8]]) -> Option<Property> {
     match words {
         [b"list", length, item, name, ..] => {

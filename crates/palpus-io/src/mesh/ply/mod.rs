@@ -145,7 +145,7 @@ fn check_count(element: &Element, body: &Body<'_>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Returns the vertex index that a corner's value states; fails if it is invalid.
+/// Returns the vertex index that a corner's value states. Fails if the index is invalid.
 fn vertex_index(value: f64, place: Place, soup: &SoupBuilder) -> Result<u64, Fault> {
     if value < 0.0 {
         let problem = MeshProblem::IndexOutOfRange { index: value as i128, count: soup.vertex_count(), first: 0 };

@@ -17,7 +17,7 @@ const LONGEST_LINE: u64 = MOST_TEXT as u64;
 /// Reads a recording; `name` is the name of the file in error messages.
 ///
 /// A last line without a line break is incomplete, because the program ended while it was written.
-/// It is omitted, and the recording contains a notice.
+/// Such a line is omitted, and the recording contains a notice.
 pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recording, TableError> {
     let mut lines = Lines { input, name, line: 0, text: String::new() };
     let header = header(&mut lines)?;

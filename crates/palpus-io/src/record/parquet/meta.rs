@@ -336,7 +336,7 @@ pub(super) fn write_page(out: &mut Vec<u8>, rows: usize, length: usize) {
 }
 
 /// Returns the number of rows and of bytes of the page at the start of `input`; `None` if palpus
-/// did not write it.
+/// did not write the page.
 pub(super) fn read_page(input: &mut Input<'_>) -> Option<(u64, u64)> {
     let (mut rows, mut length, mut raw, mut is_plain) = (None, None, None, false);
     input.structure(|number, kind, input| {

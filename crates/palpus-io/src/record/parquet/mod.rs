@@ -6,11 +6,11 @@
 //!    up to its last piece. Older footers remain in the file as unused bytes.
 //! 2. Many small groups would make every footer long. When the small groups contain
 //!    [`writer::MERGED`] rows, one large group with the same rows is appended and replaces them.
-//! 3. At the end, the groups in use are copied to a new file, which replaces the old one.
+//! 3. At the end, the groups in use are copied to a new file, which replaces the old file.
 //!
 //! Each column of a group is one plain, uncompressed page; `depth_us` and `change` are optional.
-//! The metadata `palpus` of the file contains the header. `change` contains text in the first row
-//! that was computed with other settings: a line of TOML for each change.
+//! The metadata `palpus` of the file contains the header. `change` contains text in the first
+//! row that was computed with other settings: a line of TOML for each change.
 //!
 //! The layout follows <https://parquet.apache.org/docs/file-format/>. [`read`] supports only the
 //! output of [`Writer`]. The tests read this output with other programs.

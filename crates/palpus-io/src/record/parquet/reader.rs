@@ -144,11 +144,11 @@ enum Values<'a> {
     Optional(Vec<Option<f64>>),
     /// Values packed as bits.
     Flags(&'a [u8]),
-    /// The values of the rows that have one.
+    /// The values of the rows that have a value.
     Texts(Vec<&'a str>),
 }
 
-/// Reads the only page of a column; `None` if it does not fit `rows` rows.
+/// Reads the only page of a column; `None` if the page does not fit `rows` rows.
 fn read_column<'a>(column: &Column, chunk: &'a [u8], rows: usize) -> Option<Values<'a>> {
     let mut input = Input(chunk);
     let (in_page, length) = read_page(&mut input)?;
@@ -165,7 +165,7 @@ fn read_column<'a>(column: &Column, chunk: &'a [u8], rows: usize) -> Option<Valu
     }
 }
 
-/// Removes the definition levels from a page. They are packed bits that say which rows have a
+/// Removes the definition levels from a page. The levels are packed bits that say which rows have a
 /// value.
 fn levels(page: &mut &[u8], rows: usize) -> Option<Vec<bool>> {
     let (length, rest) = page.split_first_chunk()?;

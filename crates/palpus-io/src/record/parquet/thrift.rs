@@ -105,7 +105,7 @@ pub(super) fn varint(out: &mut Vec<u8>, mut value: u64) {
     out.push(value as u8);
 }
 
-/// Largest nesting depth of structs; Parquet needs less.
+/// Largest nesting depth of structs; Parquet's metadata are nested less deeply.
 const DEEPEST: u32 = 16;
 
 /// Decodes bytes. Each method returns `None` if the bytes end too early or are not valid Thrift.

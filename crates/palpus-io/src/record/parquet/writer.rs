@@ -79,8 +79,9 @@ impl Writer {
     }
 }
 
-/// Copies the groups in use of a finished recording to a new file, which then replaces the old one.
-/// If that fails, the old file remains; it is complete, but larger than necessary.
+/// Copies the groups in use of a finished recording to a new file, which then replaces the old
+/// file. If the copy fails, the old file remains. The old file is complete, but larger than
+/// necessary.
 pub(in crate::record) fn compact(writer: &Writer, path: &Path) {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");
@@ -146,7 +147,7 @@ struct Pages {
 #[derive(Default)]
 struct Page {
     values: Vec<u8>,
-    /// One bit for each row: whether it has a value.
+    /// One bit for each row: 1 if the row has a value.
     has: Vec<u8>,
 }
 

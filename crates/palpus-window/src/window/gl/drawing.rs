@@ -19,15 +19,15 @@ pub(super) const CORNER: usize = 12;
 pub(crate) struct DrawnBody {
     /// Index of the solid.
     pub(crate) solid: usize,
-    /// Transformation from the body's frame to the view's.
+    /// Transformation from the body's frame to the view's frame.
     pub(crate) model_view: DMat4,
-    /// Colour, if its pieces have none.
+    /// Colour of the body, if its pieces have no colours.
     pub(crate) colour: Rgb,
     pub(crate) pieces: bool,
     pub(crate) wireframe: bool,
-    /// Opacity seen squarely and at a grazing angle, if the body is translucent.
+    /// Opacity seen along the normal and at a grazing angle, if the body is translucent.
     pub(crate) glass: Option<(f64, f64)>,
-    /// True if it is translucent only where it hides a probe.
+    /// True if the body is translucent only where it hides a probe.
     pub(crate) xray: bool,
 }
 
@@ -83,7 +83,7 @@ impl Drawing {
     }
 }
 
-/// Distance before the surface, in radii: patches are flat, but surfaces may be curved.
+/// Distance from a patch to its surface, in radii: patches are flat, but surfaces may be curved.
 const PATCH_BEFORE: f64 = 0.5;
 
 /// Returns the transformation from the view's frame to a picture `aspect` times as wide as it is

@@ -1,4 +1,4 @@
-//! Actions of the window on a recording, and their keys, in addition to those of every window.
+//! Actions of the window on a recording, and their keys, in addition to the keys of every window.
 
 use eframe::egui::{self, Key};
 
@@ -8,13 +8,13 @@ use crate::window::keys::{self, Pressed, SceneAction, of_scene, pressed};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Action {
     Play,
-    /// By this many ticks.
+    /// Moves by this many ticks.
     Step(i64),
-    /// By this many seconds.
+    /// Moves by this many seconds.
     Jump(f64),
     Begin,
     End,
-    /// To the previous or the next mark.
+    /// Moves to the previous or the next mark.
     EarlierMark,
     LaterMark,
     Strongest,
@@ -60,16 +60,16 @@ const MOUSE: [(&str, &str); 4] = [
     ("wheel", "nearer, farther"),
 ];
 
-/// Returns the actions of this frame. `elsewhere`: a control has the focus, and Space belongs to
-/// it.
+/// Returns the actions of this frame. `elsewhere`: a control has the focus, so Space belongs to
+/// this control.
 pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && pressed.key == Key::Space));
     pressed.filter_map(|pressed| meant(&pressed)).collect()
 }
 
-/// While a key is held, only actions that move in time repeat.
+/// Returns the action of a key. While a key is held, only actions that move in time repeat.
 fn meant(pressed: &Pressed) -> Option<Action> {
-    // Which of the two keys a question mark is depends on the keyboard.
+    // A question mark needs Shift only on some keyboards, so Shift is ignored.
     let shift = pressed.shift && pressed.key != Key::Questionmark;
     let own = KEYS.iter().find(|(key, with_shift, ..)| *key == pressed.key && *with_shift == shift);
     let of_scene = || of_scene(pressed.key).filter(|_| !shift).map(Action::Scene);
@@ -78,7 +78,7 @@ fn meant(pressed: &Pressed) -> Option<Action> {
     (moves || !pressed.again).then_some(action)
 }
 
-/// The list that `?` shows.
+/// Writes the list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
     let own = KEYS.iter().map(|(_, _, _, name, words)| (*name, *words)).filter(|(name, _)| !name.is_empty());
     keys::list(ui, own, MOUSE);

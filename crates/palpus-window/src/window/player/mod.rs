@@ -7,8 +7,8 @@
 //!
 //! 1. keys are handled (`keys`), and the time advances during playback;
 //! 2. the tick of that time is taken from [`Moments`];
-//! 3. its numbers are drawn on the right, the time line at the bottom (`panels`), and the scene in
-//!    the middle.
+//! 3. the numbers of the tick are drawn on the right, the time line at the bottom (`panels`), and
+//!    the scene in the middle.
 
 mod keys;
 mod panels;
@@ -32,7 +32,7 @@ use crate::style::{Style, Theme};
 use keys::Action;
 use timeline::Timeline;
 
-/// Points.
+/// Lengths, points.
 const SIDE: f32 = 270.0;
 const CURVES: f32 = 300.0;
 /// Playback speeds.
@@ -77,7 +77,7 @@ pub struct ReplayedTick {
     pub query: f64,
     /// Recorded time of the whole tick, s.
     pub total: f64,
-    /// True if it began late.
+    /// True if the tick began late.
     pub late: bool,
     /// Interventions of the safety chain.
     pub cuts: Cuts,
@@ -103,7 +103,7 @@ struct Player {
     /// The shown time, s.
     time: f64,
     playing: bool,
-    /// Playback speed; `None` while paused.
+    /// Time of the previous frame of the playback; `None` while paused.
     frame_before: Option<Instant>,
     speed: usize,
     /// The tick in the scene, and the tick of its moment, if there is one.
@@ -151,7 +151,7 @@ impl Player {
         self.time = self.timeline.time(tick.min(self.ticks.len() - 1));
     }
 
-    /// Step 1.
+    /// Carries out the action of a key (step 1).
     fn act(&mut self, context: &egui::Context, action: Action) {
         match action {
             Action::Play => {
@@ -221,7 +221,7 @@ impl Player {
         self.view.replace(&self.scene, &self.style);
     }
 
-    /// Step 1, the time.
+    /// Advances the time during playback (step 1).
     fn go_on(&mut self, context: &egui::Context) {
         if self.playing {
             let now = Instant::now();
@@ -240,7 +240,7 @@ impl Player {
         }
     }
 
-    /// Step 2.
+    /// Takes the tick of the current time (step 2).
     fn take_tick(&mut self) {
         let tick = self.tick();
         let complete = |(shown, moment): (usize, Option<usize>)| shown == tick && moment.is_some();
@@ -263,7 +263,7 @@ impl Player {
         }
     }
 
-    /// Step 3, in the middle.
+    /// Draws the scene in the middle (step 3).
     fn middle(&mut self, ui: &mut egui::Ui) {
         let area = self.view.place(ui, &self.scene);
         self.view.navigate(ui, &area);
@@ -284,7 +284,7 @@ impl eframe::App for Player {
         if let Some(trouble) = self.view.trouble() {
             self.status.say(trouble);
         }
-        // In a small window the scene keeps its space.
+        // In a small window the panels are smaller, so that the scene keeps its space.
         let whole = context.content_rect().size();
         egui::Panel::right("side").default_size(SIDE.min(0.42 * whole.x)).show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));

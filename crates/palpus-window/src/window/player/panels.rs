@@ -15,7 +15,7 @@ use crate::window::{keys, shell};
 const SLIDER_NUMBER: f32 = 90.0;
 
 impl Player {
-    /// Step 3, on the right.
+    /// Draws the numbers on the right (step 3).
     pub(super) fn side(&mut self, ui: &mut egui::Ui) {
         let tick = self.tick();
         let now = self.ticks[tick];
@@ -75,7 +75,7 @@ impl Player {
         self.status.show(ui);
     }
 
-    /// Progress of the replay, and whether it matches the recording.
+    /// Writes the progress of the replay, and whether it matches the recording.
     fn words_of_progress(&self, ui: &mut egui::Ui, tick: usize) {
         let (colours, progress) = (self.style.theme.colours(), &self.progress);
         if let Some(why) = &progress.failed {
@@ -105,7 +105,7 @@ impl Player {
         }
     }
 
-    /// Step 3, at the bottom.
+    /// Draws the time line at the bottom (step 3).
     pub(super) fn below(&mut self, ui: &mut egui::Ui) {
         let context = ui.ctx().clone();
         ui.horizontal_wrapped(|ui| {

@@ -1,5 +1,5 @@
-//! Curves over a whole run, one below the other, with a cursor. A drag on any of them moves to that
-//! time.
+//! Curves over a whole run, one below the other, with a cursor. A drag on a curve moves to the time
+//! under the mouse.
 //!
 //! Each column of pixels shows the smallest and the largest value of its ticks, so that no peak is
 //! lost in a long run. The columns are computed again only when the width changes. Late ticks and
@@ -33,7 +33,7 @@ pub(super) struct Timeline {
     times: Vec<f64>,
     curves: Vec<Curve>,
     overlapping: Vec<bool>,
-    /// Values by tick.
+    /// Marks, each with its tick.
     pub(super) marks: Vec<(usize, Mark)>,
     columns: Option<Columns>,
 }
@@ -47,16 +47,16 @@ struct Columns {
     marked: Vec<Option<Mark>>,
 }
 
-/// Points.
+/// Width of the names of the curves, points.
 const LABEL: f32 = 108.0;
-/// A lower strip has its name and its value side by side.
+/// A strip lower than this has its name and its value side by side.
 const LOW: f32 = 30.0;
 const GAP: f32 = 3.0;
 const WORDS: f32 = 11.5;
 const LEAST_RANGE: f64 = 1e-9;
 
 impl Timeline {
-    /// The curves and marks of a run.
+    /// Makes the curves and marks of a run.
     pub(super) fn of(ticks: &[ReplayedTick]) -> Self {
         let of = |value: fn(&ReplayedTick) -> f64| ticks.iter().map(value).collect::<Vec<f64>>();
         let curves = vec![
@@ -77,12 +77,12 @@ impl Timeline {
         Self { times, curves, overlapping, marks, columns: None }
     }
 
-    /// Time of the last tick, s.
+    /// Returns the time of the last tick, s.
     pub(super) fn end(&self) -> f64 {
         self.times.last().copied().unwrap_or(0.0)
     }
 
-    /// Time of a tick, s.
+    /// Returns the time of a tick, s.
     pub(super) fn time(&self, tick: usize) -> f64 {
         self.times.get(tick).copied().unwrap_or(0.0)
     }
@@ -178,7 +178,7 @@ impl Timeline {
         let font = FontId::proportional(WORDS);
         let largest = painter.layout_no_wrap(said(largest), font, colour(colours.faint));
         let at = Pos2::new(strip.right() - 4.0 - largest.size().x, strip.top());
-        // A background plate, so that the text is legible over the curve.
+        // The background plate makes the text legible over the curve.
         let plate = Rect::from_min_size(at, largest.size()).expand2(vec2(3.0, 0.0));
         painter.rect_filled(plate, 2.0, colour(colours.above).gamma_multiply(0.85));
         painter.galley(at, largest, colour(colours.faint));

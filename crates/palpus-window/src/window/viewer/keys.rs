@@ -1,4 +1,4 @@
-//! Actions of the window on a model, and their keys, in addition to those of every window.
+//! Actions of the window on a model, and their keys, in addition to the keys of every window.
 
 use eframe::egui::{self, Key};
 
@@ -60,7 +60,7 @@ fn meant(key: Key) -> Option<Action> {
     own.or_else(|| of_scene(key).map(Action::Scene))
 }
 
-/// The list that `?` shows.
+/// Writes the list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
     let own = KEYS.iter().map(|(_, _, name, words)| (*name, *words)).filter(|(name, _)| !name.is_empty());
     keys::list(ui, own, MOUSE);

@@ -39,7 +39,7 @@ use keys::Action;
 use shown::bodies;
 use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section_feeler};
 
-/// Points.
+/// Lengths, points.
 const SIDE: f32 = 330.0;
 const GAUSS: f32 = 270.0;
 /// Pixels of a point in pictures.
@@ -84,12 +84,12 @@ struct Viewer {
     piece: Option<u32>,
     /// Numbers of the picked piece.
     numbers: Option<PieceNumbers>,
-    /// True if depth is shown.
+    /// True if the depth on a plane is shown.
     cut: bool,
     plane: SectionPlane,
     shown: Shown,
-    /// First the body without the picked piece, then that piece's faces: the mesh's, and the hull's
-    /// own faces.
+    /// The body without the picked piece, then the faces of this piece that belong to the mesh, and
+    /// the faces that only the hull has.
     scene: Scene,
     look: Look,
     style: Style,
@@ -143,7 +143,7 @@ impl Viewer {
         Ok(viewer)
     }
 
-    /// Step 1.
+    /// Takes results of threads (step 1).
     fn take_answers(&mut self, context: &egui::Context) {
         if let Some(picture) = self.gauss.answer() {
             shell::show_picture(context, &mut self.gauss_picture, &picture);
@@ -157,7 +157,7 @@ impl Viewer {
         }
     }
 
-    /// Step 2.
+    /// Carries out the action of a key (step 2).
     fn act(&mut self, context: &egui::Context, action: Action) {
         let pieces = self.body.polytopes().len() as u32;
         match action {
@@ -218,7 +218,7 @@ impl Viewer {
         self.cut = true;
     }
 
-    /// Range of the plane's position.
+    /// Returns the range of the plane's position.
     fn range(&self) -> [f64; 2] {
         [0.0, 1.0].map(|part| SectionPlane::through(&self.body, self.plane.axis, part).offset)
     }
@@ -239,12 +239,12 @@ impl Viewer {
         self.view.replace(&self.scene, &self.style);
     }
 
-    /// Step 4.
+    /// Sends new requests to the worker threads (step 4).
     fn ask(&mut self) {
         let theme = self.style.theme;
         if let Some(piece) = self.piece {
             let camera = self.view.camera();
-            // Only the direction matters.
+            // The Gauss map depends only on the direction of the camera.
             let from = Camera { target: glam::DVec3::ZERO, distance: 1.0, ..*camera };
             let wanted = GaussQuestion { piece, from, theme, size: (GAUSS * SHARPNESS) as usize };
             if self.gauss_asked != Some(wanted) {

@@ -15,12 +15,12 @@ use crate::window::{keys, shell};
 
 /// Largest spread of the pieces.
 const MOST_APART: f64 = 2.0;
-/// Points.
+/// Lengths, points.
 const SCALE: f32 = 10.0;
 const SCALE_PARTS: usize = 64;
 
 impl Viewer {
-    /// Step 3, on the right.
+    /// Draws the panel on the right (step 3).
     pub(super) fn side(&mut self, ui: &mut egui::Ui) {
         let mesh = self.body.mesh();
         ui.heading(&self.scene.title);
@@ -56,7 +56,7 @@ impl Viewer {
         self.status.show(ui);
     }
 
-    /// The picked piece.
+    /// Draws the controls of the picked piece.
     fn piece_side(&mut self, ui: &mut egui::Ui) {
         let count = self.body.polytopes().len() as u32;
         ui.horizontal(|ui| {
@@ -107,7 +107,7 @@ impl Viewer {
         ui.label(small(meaning));
     }
 
-    /// The plane.
+    /// Draws the controls of the plane.
     fn section_side(&mut self, ui: &mut egui::Ui) {
         ui.horizontal(|ui| {
             ui.checkbox(&mut self.cut, RichText::new("depth on a plane (D)").strong());

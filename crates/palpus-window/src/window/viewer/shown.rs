@@ -23,7 +23,7 @@ const FRAME_THICKNESS: f64 = 1.2e-3;
 const CUT_THICKNESS: f64 = 1.0e-3;
 
 impl Viewer {
-    /// Step 3, in the middle.
+    /// Draws the scene in the middle (step 3).
     pub(super) fn middle(&mut self, ui: &mut egui::Ui) {
         let area = self.view.place(ui, &self.scene);
         self.view.navigate(ui, &area);
@@ -75,7 +75,7 @@ impl Viewer {
     }
 }
 
-/// Makes the scene; see [`Viewer::scene`].
+/// Returns the bodies of [`Viewer::scene`].
 pub(super) fn bodies(body: &Body, spread: f64, piece: Option<u32>, look: Look, theme: Theme) -> Vec<ShownBody> {
     let environment = BodyPart::Environment.colour(theme);
     let all = if spread > 0.0 { Solid::exploded(body, spread) } else { Solid::of_body(body) };

@@ -27,14 +27,14 @@ pub(super) struct GaussQuestion {
     pub(super) size: usize,
 }
 
-/// A thread that paints Gauss maps.
+/// Starts a thread that paints Gauss maps.
 pub(super) fn gauss_painter(
     body: Arc<Body>,
     wake: impl Fn() + Send + Sync + 'static,
 ) -> Behind<GaussQuestion, Picture> {
     Behind::new(wake, move |asked: GaussQuestion, desk: &Desk<GaussQuestion, Picture>| {
         let GaussQuestion { piece, from, theme, size } = asked;
-        // A coarse one while the view turns.
+        // The first map is coarse, because the view may still be turning.
         for size in [size / 2, size] {
             if !desk.is_superseded() {
                 desk.answer(paint_gauss_half(&body, piece, &from, theme, size));
@@ -60,7 +60,7 @@ pub(super) struct SectionAnswer {
     pub(super) picture: Picture,
 }
 
-/// A thread that computes sections, coarse ones first.
+/// Starts a thread that computes sections: first coarse, then finer.
 pub(super) fn section_feeler(
     body: Arc<Body>,
     unit: Unit,

@@ -1,20 +1,21 @@
 //! Tests whether the hull of a patch stays inside the solid \[K02 §3.2, EL01\].
 //!
 //! The hull H of a patch lies in the solid if and only if **no point of the surface lies in the
-//! interior of H**. The interior of H is connected. If the surface never enters it, the interior is
-//! wholly inside or wholly outside the solid. Just below an original face it is inside, so all of
-//! it is inside.
+//! interior of H**. The interior of H is connected. If the surface never enters the interior, the
+//! interior is wholly inside or wholly outside the solid. Just below an original face, the interior
+//! is inside the solid, so the whole interior is inside.
 //!
-//! This one test detects three kinds of faults: a virtual face that crosses the surface, a virtual
-//! face that covers a notch, and a hull that contains a whole cavity. A notch is detected because
-//! its walls go from the virtual face down into H.
+//! This single test detects three kinds of faults: a virtual face that crosses the surface, a
+//! virtual face that covers a notch, and a hull that contains a whole cavity. A notch is detected
+//! because its walls go from the virtual face down into H.
 //!
 //! The test does not have to decide which points are inside the solid, so it also applies to open
-//! and self-intersecting surfaces. There it ensures that no part of the surface passes through a
-//! piece. It has two limits on such surfaces: a piece may extend across the opening of an open
-//! surface, and where parts overlap, the normals of each patch define its inside.
+//! and self-intersecting surfaces. For these surfaces, the test ensures that no part of the surface
+//! passes through a piece. On these surfaces the test has two limits. A piece may extend across the
+//! opening of an open surface. Where parts of the surface overlap, the normals of each patch define
+//! its inside.
 //!
-//! 1. Get the triangles near the volume that the hull gained from the triangle tree.
+//! 1. Search the triangle tree for the triangles near the volume that the hull gained.
 //! 2. Clip each triangle by the planes of all faces of H. The planes are moved inward by a small
 //!    distance (see [`ENTERED`](crate::algebra::tolerance::ENTERED)), so that shared corners and
 //!    sides do not count. The triangle enters H if a part of it remains.

@@ -1,22 +1,22 @@
 //! Facets: convex planar polygons of merged coplanar triangles. Patches are grown from facets \[K02
 //! §3.2\].
 //!
-//! A flat grid, or the planar cap of a CAD part, is one face that a program has cut into triangles.
-//! The tool of \[EL01\] treats the edges between such triangles as reflex. Here these edges are
-//! removed before the decomposition.
+//! Programs cut a planar face, such as the cap of a CAD part, into many triangles. The tool of
+//! \[EL01\] treats the edges between these triangles as reflex. This module removes the edges
+//! before the decomposition.
 //!
-//! 1. *Regions.* Start at the largest triangle that has no region, and flood over neighbours. A
-//!    triangle belongs to the region if all its vertices lie within the surface's noise of the
+//! 1. *Regions.* Start at the largest triangle without a region, and add neighbours by flood fill.
+//!    A triangle belongs to the region if all its vertices lie within the surface's noise of the
 //!    plane of the **first** triangle. Therefore a long chain of nearly coplanar triangles cannot
 //!    drift.
 //! 2. *Convex partition* (Hertel and Mehlhorn). Remove the sides between the polygons of a region,
 //!    longest first, if the corners at both ends stay convex. Repeat until no side can be removed.
-//!    Earlier removals can leave two polygons that meet along a chain of collinear sides. Such a
-//!    chain is removed as a whole.
+//!    Earlier removals can leave two polygons that meet along a chain of collinear sides. Then
+//!    remove the whole chain at once.
 //! 3. *Links.* Find which facets meet along a side, and whether the surface is convex, coplanar or
-//!    reflex there.
+//!    reflex at this side.
 //!
-//! The result is deterministic: ties go to the smaller index.
+//! The result is deterministic: of equal candidates, the one with the smaller index is taken.
 
 use glam::DVec3;
 
@@ -24,7 +24,7 @@ use crate::algebra::Plane;
 use crate::algebra::tolerance::{COPLANAR, FOLDED, NOISE_PER_STEP};
 use crate::body::{HalfEdges, Mesh};
 
-/// Marks the absence of a facet, vertex or other index.
+/// Stands for a missing index of a facet, a vertex or another item.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Kind of bend between two neighbouring facets.
@@ -34,7 +34,7 @@ pub(crate) enum Bend {
     Convex,
     /// Both facets lie in one plane.
     Coplanar,
-    /// A facet rises above the plane of the other, so they cannot lie on one hull.
+    /// One facet rises above the plane of the other, so both cannot lie on one hull.
     Reflex,
 }
 
@@ -56,8 +56,8 @@ pub(crate) struct Surface<'a> {
 impl<'a> Surface<'a> {
     /// Creates a surface. `step` is the distance between neighbouring values of the file's
     /// coordinates (m), or zero if it is unknown. The noise follows from `step`, but is at most
-    /// `flatness` times the mesh's bounding diagonal. The limit is needed for models that were
-    /// written by hand with few digits, because their coordinates are exact.
+    /// `flatness` times the mesh's bounding diagonal. The limit is needed for models that a person
+    /// wrote with few digits: their coordinates are exact.
     pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges, step: f64, flatness: f64) -> Self {
         let size = mesh.bounding_diagonal();
         let noise = (NOISE_PER_STEP * step).clamp(COPLANAR * size, flatness.max(COPLANAR) * size);
@@ -155,8 +155,8 @@ impl Facets {
         self.areas[f as usize]
     }
 
-    /// Returns the mesh vertices around facet `f`, counter-clockwise as seen from outside. Some may
-    /// be collinear.
+    /// Returns the mesh vertices around facet `f`, counter-clockwise as seen from outside. Some of
+    /// them may be collinear.
     pub(crate) fn corners(&self, f: u32) -> &[u32] {
         &self.loop_vertices[self.loop_starts[f as usize] as usize..self.loop_starts[f as usize + 1] as usize]
     }
@@ -176,8 +176,8 @@ impl Facets {
         &self.links[self.link_starts[f as usize] as usize..self.link_starts[f as usize + 1] as usize]
     }
 
-    /// Returns the facets at each mesh vertex, in flat arrays: the start of each vertex's entries
-    /// with one additional end, and all entries.
+    /// Returns the facets at each mesh vertex as two flat arrays. The first array has the start of
+    /// each vertex's entries, and the end of the last one. The second array has all entries.
     pub(crate) fn at_vertices(&self) -> (Vec<u32>, Vec<u32>) {
         let vertices = self.loop_vertices.iter().max().map_or(0, |&v| v as usize + 1);
         let mut starts = vec![0; vertices + 1];
@@ -314,8 +314,8 @@ fn convex_partition(surface: &Surface<'_>, planes: &[Plane], regions: &[u32]) ->
     }
 }
 
-/// Returns the sides within regions, longest first, as tuples of tail, head, triangle to the left
-/// and triangle to the right.
+/// Returns the sides inside regions, longest first. Each tuple has the tail, the head, the triangle
+/// to the left and the triangle to the right.
 fn inner_sides(surface: &Surface<'_>, regions: &[u32]) -> Vec<(u32, u32, u32, u32)> {
     let mut sides = Vec::new();
     for t in 0..surface.triangle_count() {
@@ -346,7 +346,7 @@ fn join(
     };
     let mut start = position(large, tail, head)?;
     let mut end = (start + 1) % n;
-    // In `small` the shared chain has the opposite direction.
+    // In `small`, the shared chain has the opposite direction.
     let mut small_end = position(small, head, tail)?;
     let mut small_start = (small_end + 1) % m;
     let mut shared = 1;
@@ -362,8 +362,8 @@ fn join(
     }
     let turn = |u: u32, v: u32, w: u32| {
         let [u, v, w] = [u, v, w].map(|k| surface.vertex(k));
-        // The first condition tests the distance of v to the right of the line u → w, which is
-        // positive at a left turn.
+        // At a left turn, v lies to the right of the line u → w. The first condition tests the
+        // distance of v from this line.
         normal.cross(w - u).normalize_or_zero().dot(u - v) >= -surface.noise()
             && (v - u).dot(w - v) > -(v - u).length() * (w - v).length()
     };

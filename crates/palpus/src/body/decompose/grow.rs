@@ -3,21 +3,22 @@
 //! A set of facets can join if
 //!
 //! 1. every vertex of the patch lies below the planes of the new facets,
-//! 2. every new vertex lies below the planes of the patch's facets (both within the surface's
-//!    noise), so that all of them lie on the common hull, and
+//! 2. every new vertex lies below the planes of the patch's facets, and
 //! 3. the common hull stays inside the solid (see `contain`).
 //!
-//! Tests 1 and 2 need no hull and refuse most candidates. A set that does not fit a patch does not
-//! fit a larger patch either, because each test only becomes stricter.
+//! Tests 1 and 2 ensure, within the surface's noise, that all facets lie on the common hull. These
+//! two tests need no hull and refuse most candidates. A set that does not fit a patch does not fit
+//! the patch after further growth either, because each test only becomes stricter.
 //!
 //! There is one exception. While the patch is *flat*, its hull has no interior. Then a coplanar
 //! facet joins only if the union is a convex polygon, so that the patch does not cover a notch.
 //! Other coplanar facets are postponed until the patch is solid, and then test 3 decides.
 //!
-//! A patch with very many facets uses a hull with adjacency (`wide_hull`). Each test then only
-//! visits the surroundings of the new facet. Test 1 climbs to the highest vertex. Test 2 only tests
+//! A patch with very many facets uses a hull with adjacency (`wide_hull`). Each test then visits
+//! only the surroundings of the new facet. Test 1 climbs to the highest vertex. Test 2 tests only
 //! the facets at the hull faces that the new vertex sees, because the vertex is not above any other
-//! facet. Without this, the time for a smooth body with one dent would be quadratic in its size.
+//! facet. Without this hull, the time for a smooth body with one dent would be quadratic in its
+//! size.
 
 use glam::DVec3;
 
@@ -51,7 +52,8 @@ pub(crate) struct Grower<'a> {
     /// The mesh vertex of each point.
     vertices: Vec<u32>,
     area: f64,
-    /// The patch's hull. It is empty while the patch is flat, and until it is first needed.
+    /// The patch's hull. The hull is empty while the patch is flat, and until the first test that
+    /// needs a hull.
     hull: TrialHull,
     /// True if `hull` is up to date, or the patch is known to be flat.
     hull_is_built: bool,
@@ -98,7 +100,7 @@ impl<'a> Grower<'a> {
     }
 
     /// Sets the number of points from which patches use a wide hull. The results must not depend on
-    /// it.
+    /// this number.
     #[cfg(test)]
     pub(crate) fn with_wide_from(mut self, points: usize) -> Self {
         self.wide_from = points;
@@ -153,7 +155,7 @@ impl<'a> Grower<'a> {
     }
 
     /// Adds a set of facets if the patch stays valid. The set by itself must be a valid patch; a
-    /// single facet always is.
+    /// single facet is always valid.
     pub(crate) fn try_add(&mut self, set: &[u32]) -> Verdict {
         self.tries += 1;
         let tolerance = self.surface.noise();
@@ -187,8 +189,8 @@ impl<'a> Grower<'a> {
         verdict
     }
 
-    /// Does the same as [`Self::try_add`] for a very large patch, and visits only the
-    /// surroundings of the new facets.
+    /// Adds a set to a very large patch, like [`Self::try_add`]. Visits only the surroundings of
+    /// the new facets.
     fn try_add_wide(&mut self, set: &[u32]) -> Verdict {
         let tolerance = self.surface.noise();
         let corners: Vec<u32> = set.iter().flat_map(|&c| self.facets.corners(c)).copied().collect();
@@ -315,7 +317,7 @@ impl<'a> Grower<'a> {
 struct Wide {
     hull: WideHull,
     /// Index of each mesh vertex among the hull's points. An entry is valid only if the hull's
-    /// point with that index is this vertex.
+    /// point with that index comes from this mesh vertex.
     places: Vec<u32>,
     /// The facets at mesh vertex `v` are `facets_at[first_at[v] .. first_at[v + 1]]`.
     first_at: Vec<u32>,
@@ -337,7 +339,7 @@ impl Wide {
     }
 
     /// Returns the indices of the given mesh vertices among the hull's points. Leaves out
-    /// vertices that are not among them.
+    /// vertices that are not points of the hull.
     fn places_of(&self, vertices: &[u32]) -> Vec<u32> {
         let place = |&v: &u32| self.hull.vertices().get(self.places[v as usize] as usize).filter(|&&w| w == v);
         vertices.iter().filter(|v| place(v).is_some()).map(|&v| self.places[v as usize]).collect()

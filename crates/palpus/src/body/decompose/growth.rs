@@ -53,8 +53,8 @@ impl Growth {
     }
 
     /// Grows a patch in `grower` from `seed` over facets without an owner. Candidates across
-    /// sharper sides are tried first. `jitter` returns a number for a facet, which is added to its
-    /// rank.
+    /// sharper sides are tried first. `jitter` returns a number for a facet. This number is added
+    /// to the facet's rank.
     pub(super) fn grow(
         &mut self,
         grower: &mut Grower<'_>,

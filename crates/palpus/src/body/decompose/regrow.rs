@@ -2,20 +2,20 @@
 //! grows their facets again in another order \[G. Schrimpf et al., Record breaking optimization
 //! results using the ruin and recreate principle, 2000\].
 //!
-//! Greedy growth never changes a decision. Two patches may stay separate only because an earlier
-//! patch took a facet that they need.
+//! Greedy growth never revises a decision. Two patches may stay separate only because an earlier
+//! patch took a facet that both need.
 //!
 //! 1. *Ruin.* In each round, take each small patch, the smallest first, and dissolve it together
 //!    with a few random neighbours.
 //! 2. *Recreate.* Grow patches over the free facets from seeds in random order. In half of the
 //!    trials, first offer most of the free facets to the surrounding patches. In half of the
 //!    trials, add jitter to the ranking of candidates. A facet that shares only a vertex with the
-//!    patch may join too. Such a patch is still connected, and its hull must pass the same tests.
+//!    patch may join too. The patch is then still connected, and its hull must pass the same tests.
 //! 3. *Judge.* Keep a trial that gives fewer patches. Keep a trial with an equal number if the
-//!    sum of the squared patch sizes has not decreased, because a later trial can more easily
-//!    dissolve a small patch next to a large one. Undo any other trial.
+//!    sum of the squared patch sizes has not decreased: small patches next to large ones are easier
+//!    to dissolve later. Undo any other trial.
 //!
-//! The work is limited by the number of tried facets and not by time, and the seed of the random
+//! The work ends after a number of tried facets instead of after a time. The seed of the random
 //! numbers is constant. Therefore the same model always gives the same pieces.
 
 use super::growth::Growth;
@@ -102,8 +102,8 @@ fn ruin_region(neighbours: Neighbours<'_>, partition: &Partition, centre: u32, r
 struct Trial {
     /// The dissolved patches.
     region: Vec<u32>,
-    /// For each changed patch, its facets before the change. The changed patches are those of the
-    /// region, and those that took some of its facets.
+    /// For each changed patch, its facets before the change. The changed patches are the patches of
+    /// the region, and the patches that took facets of the region.
     before: Vec<(u32, Vec<u32>)>,
     /// The facets of the dissolved patches.
     free: Vec<u32>,

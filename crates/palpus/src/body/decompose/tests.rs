@@ -1,5 +1,5 @@
 //! Tests the patches of simple shapes and real models with the checks of `contain::oracle`, and
-//! compares their numbers with the paper's Table 1.
+//! compares the numbers of patches with the paper's Table 1.
 
 use glam::DVec3;
 
@@ -14,11 +14,11 @@ use crate::body::{Body, BodySettings, HalfEdges, Mesh, PolygonSoup, Provenance};
 
 const SEED: u64 = 0x2002_0606;
 /// Relative to the body's size: distance up to which a point counts as on the hull or on the
-/// surface. It is larger than the largest noise of a model.
+/// surface. This distance is larger than the largest noise of a model.
 const SLACK: f64 = 1e-4;
 /// Relative to the slack: depth up to which the surface may enter a piece.
 const CROSSING: f64 = 0.1;
-/// The slack for shapes that these tests build, which have no noise.
+/// The slack for the shapes that these tests build. These shapes have no noise.
 const EXACT_SLACK: f64 = 1e-8;
 
 fn build(soup: &PolygonSoup) -> Body {
@@ -34,7 +34,7 @@ fn judge(body: &Body, slack: f64) {
     }
 }
 
-/// Builds a prism over a simple polygon, which is counter-clockwise in x, y.
+/// Builds a prism over a simple polygon. The polygon is counter-clockwise in x, y.
 fn prism(outline: &[(f64, f64)]) -> PolygonSoup {
     let n = outline.len() as u32;
     let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.iter().map(move |&(x, y)| DVec3::new(x, y, z))).collect();
@@ -48,7 +48,7 @@ fn prism(outline: &[(f64, f64)]) -> PolygonSoup {
 }
 
 /// Builds a solid of revolution about z. The profile of (radius, z) starts and ends on the axis,
-/// and the outside is to its right.
+/// and the outside is to the right of the profile.
 fn revolve(profile: &[(f64, f64)], segments: u32) -> PolygonSoup {
     let mut soup = PolygonSoup::new();
     for s in 0..segments {
@@ -107,7 +107,7 @@ fn pieces_do_not_cover_notches_of_prisms() {
 }
 
 #[test]
-fn pieces_do_not_cover_the_cavity_of_a_cup() {
+fn pieces_do_not_cover_a_cups_cavity() {
     let body = build(&cup());
     judge(&body, EXACT_SLACK);
     let tea = DVec3::new(0.1, 0.2, 1.0);
@@ -124,7 +124,7 @@ fn pieces_do_not_cover_a_hole() {
 }
 
 #[test]
-fn a_convex_solid_has_one_piece_with_original_faces() {
+fn convex_solid_has_one_piece_with_original_faces() {
     let body = build(&revolve(&[(0.0, -1.0), (0.7, -0.7), (1.0, 0.0), (0.7, 0.7), (0.0, 1.0)], 40));
     judge(&body, EXACT_SLACK);
     assert_eq!(body.polytopes().len(), 1);
@@ -151,7 +151,7 @@ fn an_open_prism_has_valid_pieces() {
 }
 
 #[test]
-fn the_torus_has_no_more_pieces_than_table_1() {
+fn torus_pieces_do_not_exceed_table_1() {
     let mesh = torus(1.0, 0.4, 50, 20);
     assert_eq!(mesh.triangles().len(), 2000);
     let body = Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap();
@@ -163,7 +163,7 @@ fn the_torus_has_no_more_pieces_than_table_1() {
 fn small_models_have_few_valid_pieces() {
     for (name, most) in [
         ("paper/teacup_500.obj", 178),
-        // The paper's spoon has 78 pieces. `this_spoon_needs_more_patches_than_the_papers`
+        // The paper's spoon has 78 pieces. The test `this_spoon_needs_more_patches_than_the_papers`
         // shows that this spoon needs more.
         ("paper/teaspoon_336.obj", 110),
         ("parts/chess_knight_1000.obj", 145),
@@ -243,10 +243,10 @@ fn a_dented_egg_has_few_large_pieces() {
     assert!(largest > 2000, "{largest} triangles");
 }
 
-/// Returns a lower bound of the number of patches: the size of a set of facets in which no two
-/// facets can belong to one patch, not even to a patch that is not connected. Tabu search enlarges
-/// this independent set. In each step it adds the best facet that is not tabu, and removes the
-/// facets that could share a patch with it.
+/// Returns a lower bound of the number of patches. The bound is the size of a set of facets,
+/// because each patch can contain only one facet of this set. Patches need not be connected for
+/// this bound. Tabu search enlarges this independent set. Each step adds the best facet that is not
+/// tabu, and removes the facets that could share a patch with the added one.
 fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
@@ -284,19 +284,19 @@ fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
 #[test]
 fn this_spoon_needs_more_patches_than_the_papers() {
     let Some(spoon) = model("paper/teaspoon_336.obj") else { return };
-    // A long search finds a bound of 102. The spoon of the paper, another mesh with the same
-    // number of triangles, has 78 patches.
+    // A long search finds a lower bound of 102 patches. The spoon of the paper has 78 patches. The
+    // paper's spoon is another mesh with the same number of triangles.
     assert!(fewest_patches(&spoon, 1500) > 90);
 }
 
 #[test]
 #[ignore = "takes a minute in the development profile"]
-fn large_models_have_no_more_pieces_than_table_1() {
+fn large_model_pieces_do_not_exceed_table_1() {
     for (name, most) in [
         ("paper/armadillo_31240.obj", 6950),
         ("paper/intestine_colon_male_24846.obj", 4980),
-        // This is not the intestine of the paper, which has 9913 patches. The bound follows from
-        // our own result.
+        // The paper's intestine is another model and has 9913 patches. The bound here follows from
+        // palpus' own result.
         ("paper/intestine_small_female_24846.obj", 10_650),
         ("parts/fandisk.obj", 4000),
         ("pairs/peg_round_8mm.obj", 1),

@@ -1,5 +1,5 @@
 //! Thick pieces: extends the hull of a patch into the solid, up to the points where another part of
-//! the surface is equally near. This is not in \[K02\].
+//! the surface is equally near. \[K02\] has no thick pieces.
 //!
 //! The hull of two or three triangles is thin. A point that penetrates deeper than this thickness
 //! would leave the piece, and the force would vanish. Therefore pieces of a closed surface get
@@ -9,24 +9,24 @@
 //!    to thicker parts of the solid (`inward_path`). Neighbouring patches share the paths of their
 //!    common vertices, so their pieces leave no gap. A facet that is wide relative to the thickness
 //!    below it gets another path from its middle.
-//! 2. The candidates for corners are the points of these paths that satisfy two conditions. They
-//!    lie below all planes of the patch, so that every facet stays on the hull. And the patch is
-//!    the nearest part of the surface, or nearly: beyond the medial axis, the piece would report a
-//!    depth larger than the distance to the nearest surface.
-//! 3. Merge candidates that are close together. If many remain, keep the ones that are farthest
-//!    apart.
+//! 2. The candidates for corners are the points of these paths that satisfy two conditions. First,
+//!    the points lie below all planes of the patch, so that every facet stays on the hull. Second,
+//!    the patch is the nearest part of the surface, or nearly. Beyond the medial axis, the piece
+//!    would report a depth larger than the distance to the nearest surface.
+//! 3. Merge candidates that are close together. If many candidates remain, keep those that are
+//!    farthest apart.
 //! 4. No triangle of another patch may enter the hull of the patch and the candidates (see
-//!    `contain`). If one does, move all candidates toward the surface by the same fraction until no
-//!    triangle enters. Then try to move each candidate deeper again. If no fraction works, try the
-//!    candidates one by one.
+//!    `contain`). If a triangle enters, move all candidates toward the surface by the same fraction
+//!    until no triangle enters. Then try to move each candidate deeper again. If no fraction works,
+//!    try the candidates one by one.
 //!
 //! The facets of the patch stay original faces. Faces with an inner corner are virtual.
 //! Neighbouring pieces overlap slightly inside the solid. A patch that is a whole convex component
 //! needs no inner corners. An open surface has no inside, so its pieces stay thin.
 //!
 //! Limits: a convex piece cannot fill a thin wall that bends. Therefore a large patch of a coarse
-//! mesh leaves parts of such a wall uncovered. A patch of thousands of facets gets no inner
-//! corners, because its hull is already deep and the time would be quadratic in the patch's size.
+//! mesh leaves parts of the wall uncovered. A patch of thousands of facets gets no inner corners,
+//! because its hull is already deep, and the time would be quadratic in the size of the patch.
 
 mod inward_path;
 #[cfg(test)]
@@ -48,8 +48,8 @@ use crate::body::{Aabb, TriangleTree};
 
 pub(crate) use inward_path::InwardPaths;
 
-/// Returns the inner corners of a patch's piece. They lie inside the solid and below every facet of
-/// the patch. The list is empty if the patch has no inward paths.
+/// Returns the inner corners of a patch's piece. The corners lie inside the solid and below every
+/// facet of the patch. The list is empty if the patch has no inward paths.
 ///
 /// The result depends only on the arguments, so patches can be processed in any order and in
 /// parallel.
@@ -140,8 +140,8 @@ fn corners_of(facets: &Facets, patch: &Patch) -> Vec<u32> {
     corners
 }
 
-/// Does step 3: takes the deepest candidate first, and then repeatedly the candidate farthest from
-/// all taken ones.
+/// Does step 3: takes the deepest candidate first. Then repeatedly takes the candidate farthest
+/// from all candidates taken so far.
 fn few(candidates: Vec<Candidate>) -> Vec<Candidate> {
     let mut taken: Vec<Candidate> = Vec::new();
     let mut gaps = vec![f64::INFINITY; candidates.len()];
@@ -166,7 +166,7 @@ struct Trial<'a> {
     tree: &'a TriangleTree,
     /// The patch's facets in ascending order.
     members: Vec<u32>,
-    /// The patch's vertices. During a trial they are followed by the tried corners.
+    /// The patch's vertices. During a trial, the tried corners follow.
     points: Vec<DVec3>,
     noise: f64,
     hull: TrialHull,
@@ -190,8 +190,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Builds the hull of the patch and these corners. If the hull is flat or a triangle enters it,
-    /// returns false and leaves the hull empty.
+    /// Builds the hull of the patch and the given `corners`. If the hull is flat or a triangle
+    /// enters it, returns false and leaves the hull empty.
     fn takes_these(&mut self, corners: impl Iterator<Item = DVec3>) -> bool {
         let own = self.points.len();
         self.points.extend(corners);
@@ -230,8 +230,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Moves each candidate deeper, one after the other, as far as no triangle enters the hull.
-    /// Before, all candidates must have been accepted at the fraction `share`.
+    /// Moves each candidate deeper, one after the other, as long as no triangle enters the hull.
+    /// All candidates must already have been accepted at the fraction `share`.
     fn deepen(&mut self, candidates: &[Candidate], share: f64) -> Vec<DVec3> {
         let mut deeper = |candidate: &Candidate| {
             let shares = [1.0, 0.5 + 0.5 * share, 0.25 + 0.75 * share];

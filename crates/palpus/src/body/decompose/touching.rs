@@ -2,7 +2,7 @@
 
 use crate::body::decompose::facet::{Bend, Facets};
 
-/// Which facets count as neighbours of a facet.
+/// The definition of the neighbours of a facet.
 #[derive(Clone, Copy)]
 pub(super) enum Neighbours<'a> {
     /// Facets across sides that are not reflex.

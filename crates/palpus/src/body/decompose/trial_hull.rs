@@ -1,9 +1,10 @@
 //! An incremental convex hull that can undo the latest insertions.
 //!
 //! The decomposition computes thousands of hulls that differ by one vertex, and discards most of
-//! them. It needs only their half-spaces, without adjacency and without merged faces. All faces are
-//! triangles. A point sees a face if it is strictly above the face's plane. The exact sign of a
-//! determinant decides this, so coplanar and collinear points cause no errors.
+//! them. The decomposition needs only the half-spaces of these hulls, without adjacency and without
+//! merged faces. All faces are triangles. A point *sees* a face if it is strictly above the face's
+//! plane. The exact sign of a determinant decides this test, so coplanar and collinear points cause
+//! no errors.
 //!
 //! 1. Start from four points that span a solid, chosen greedily to be far apart.
 //! 2. For each further point, remove the faces that it sees, and add faces from the point to the
@@ -23,8 +24,8 @@ pub(in crate::body) struct TrialFace {
     pub(in crate::body) corners: [u32; 3],
     /// Outward plane of the face.
     pub(in crate::body) plane: Plane,
-    /// Bound of the rounding error of heights above `plane` (m), for points of the hull. It is
-    /// infinite for needles, whose normals consist of rounding errors.
+    /// Bound of the rounding error of heights above `plane` (m), for points of the hull. The bound
+    /// is infinite for needles, because their normals consist of rounding errors.
     pub(in crate::body) slack: f64,
     pub(in crate::body) alive: bool,
 }
@@ -62,7 +63,7 @@ pub(crate) struct Mark {
     buried: usize,
 }
 
-/// An incremental hull. It is empty until [`TrialHull::start`] succeeds.
+/// An incremental hull. The hull is empty until [`TrialHull::start`] succeeds.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TrialHull {
     points: Vec<DVec3>,
@@ -72,7 +73,7 @@ pub(crate) struct TrialHull {
     /// Number of removed faces that cannot be restored.
     dead: usize,
     horizon: Vec<(u32, u32)>,
-    /// Largest coordinate of the points (m). Rounding errors are proportional to it.
+    /// Largest coordinate of the points (m). Rounding errors are proportional to this value.
     reach: f64,
 }
 
@@ -90,7 +91,7 @@ impl TrialHull {
         self.faces.is_empty()
     }
 
-    /// Builds the hull of the given points. If they all lie within `thickness` (m) of one plane,
+    /// Builds the hull of the given points. If all points lie within `thickness` (m) of one plane,
     /// returns false and leaves the hull empty.
     pub(crate) fn start(&mut self, points: &[DVec3], thickness: f64) -> bool {
         self.clear();
@@ -109,7 +110,7 @@ impl TrialHull {
         true
     }
 
-    /// Adds a point. Returns true if it was outside the hull.
+    /// Adds the point `p`. Returns true if `p` was outside the hull.
     pub(crate) fn insert(&mut self, p: DVec3) -> bool {
         self.reach = self.reach.max(p.abs().max_element());
         let first_buried = self.buried.len();
@@ -150,7 +151,7 @@ impl TrialHull {
     pub(crate) fn settle(&mut self) {
         self.dead += self.buried.len();
         self.buried.clear();
-        // Removes dead faces only if they are the majority, because this moves all faces.
+        // Removes dead faces only if they are the majority, because the removal moves all faces.
         if 2 * self.dead > self.faces.len() {
             self.faces.retain(|face| face.alive);
             self.dead = 0;
@@ -167,8 +168,8 @@ impl TrialHull {
         self.points[k as usize]
     }
 
-    /// Returns a box around the volume that the hull gained since a mark; `None` if it gained none.
-    /// The box contains the removed faces and the new points.
+    /// Returns a box around the volume that the hull gained since a mark; `None` if the hull did
+    /// not grow. The box contains the removed faces and the new points.
     pub(crate) fn gained_since(&self, mark: Mark) -> Option<Aabb> {
         if self.points.len() == mark.points {
             return None;

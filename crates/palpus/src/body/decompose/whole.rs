@@ -1,8 +1,8 @@
-//! Finds connected parts of the surface that are convex, and makes each of them one patch.
+//! Finds convex connected parts of the surface, and makes each of them one patch.
 //!
 //! The time to grow a patch facet by facet is quadratic in its size, which is too slow for a
-//! sphere of 80 000 triangles. A connected part without reflex sides is nearly always convex. It is
-//! convex if it passes these steps:
+//! sphere of 80 000 triangles. A connected part without reflex sides is nearly always convex. The
+//! part is convex if it passes these steps:
 //!
 //! 1. Compute the hull of all its vertices.
 //! 2. Check that the plane of each facet supports the hull: the highest vertex along the facet's

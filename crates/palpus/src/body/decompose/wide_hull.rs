@@ -1,22 +1,23 @@
 //! The hull of a large patch. Unlike `trial_hull`, it stores the neighbours of each face, so that
 //! no step visits the whole hull.
 //!
-//! A patch of fifty thousand facets needs fifty thousand tests whether another facet may join. Each
-//! test consists of local operations:
+//! A patch of 50 000 facets needs 50 000 tests of whether another facet may join. Each test
+//! consists of local operations:
 //!
-//! 1. *Insertion* adds a point. It searches from a nearby vertex for a face that the point sees. It
-//!    removes all faces that the point sees, and closes the hole with a fan of new faces. Signs are
-//!    exact, as in `trial_hull`. A journal records the changes, so that they can be undone.
+//! 1. *Insertion* adds a point. The search starts at a nearby vertex and finds a face that the
+//!    point sees. All faces that the point sees are removed. A fan of new faces closes the hole.
+//!    Signs are exact, as in `trial_hull`. A journal records the changes, so that the hull can undo
+//!    them.
 //! 2. *Support* finds the highest vertex along a direction, by climbing from vertex to vertex.
 //! 3. *Entering* tests whether a triangle enters the hull deeper than a given depth. The triangle
 //!    is repeatedly clipped by one face's plane. The *excess* of a point over a plane is its height
-//!    above the plane, divided by the depth of an interior point below the plane. Each time, the
-//!    plane is the one with the largest excess of the polygon's middle. If the middle lies below
-//!    all planes, the triangle enters.
+//!    above the plane, divided by the depth of an interior point below the plane. Each clip uses
+//!    the plane over which the middle of the remaining polygon has the largest excess. If the
+//!    middle lies below all planes, the triangle enters.
 //!
 //! The search for the plane with the largest excess climbs from face to face. The faces correspond
-//! to the vertices of the polar body, on which the excess is a linear function. Among faces that
-//! are coplanar up to rounding, the search visits all of them.
+//! to the vertices of the polar body, on which the excess is a linear function. If faces are
+//! coplanar up to rounding, the search visits all of them.
 
 use glam::DVec3;
 
@@ -35,16 +36,17 @@ struct WideFace {
     depth: f64,
 }
 
-/// A change by an insertion, as an entry of the journal. Changes are undone in reverse order.
+/// One change that an insertion makes, as an entry of the journal. Changes are undone in reverse
+/// order.
 #[derive(Clone, Copy, Debug)]
 enum Change {
     /// This face was removed.
     Buried(u32),
     /// This face was added.
     Born(u32),
-    /// The neighbour of a face across a side was replaced; it was `before`.
+    /// The neighbour of a face across a side was replaced. The old neighbour was `before`.
     Neighbour { face: u32, side: usize, before: u32 },
-    /// The entry of `face_at` for a point was replaced; it was `before`.
+    /// The entry of `face_at` for a point was replaced. The old entry was `before`.
     At { point: u32, before: u32 },
     /// A point was appended.
     Point,
@@ -72,7 +74,7 @@ pub(crate) struct WideHull {
     queue: Vec<u32>,
     /// Sides of the hole, as tuples of tail, head and the face on the other side.
     horizon: Vec<(u32, u32, u32)>,
-    /// For each point of the horizon, the new face whose horizon side starts there.
+    /// For each point of the horizon, the new face whose horizon side starts at the point.
     starts: Vec<u32>,
     cuts: contain::Cuts,
 }
@@ -109,8 +111,8 @@ impl WideHull {
         true
     }
 
-    /// Adds a point. `beside` are the indices of points near it. Returns true if it was outside the
-    /// hull.
+    /// Adds the point `p`. `beside` are the indices of points near `p`. Returns true if `p` was
+    /// outside the hull.
     pub(crate) fn insert(&mut self, p: DVec3, vertex: u32, beside: &[u32]) -> bool {
         self.reach = self.reach.max(p.abs().max_element());
         let Some(first) = self.seen_face(p, beside) else { return false };
@@ -152,7 +154,7 @@ impl WideHull {
     }
 
     /// Returns a box around the volume that the hull gained since the last final state; `None` if
-    /// it gained none. The box contains the removed and the added faces.
+    /// the hull did not grow. The box contains the removed and the added faces.
     pub(crate) fn gained(&self) -> Option<Aabb> {
         let corners = self.journal.iter().filter_map(|change| match change {
             Change::Buried(face) | Change::Born(face) => Some(self.faces[*face as usize].face.corners),
@@ -223,7 +225,7 @@ impl WideHull {
         }
     }
 
-    /// Returns a corner of the hull among the points `places` if there is one, else any corner.
+    /// Returns a point of `places` that is a corner of the hull; if no point is, any corner.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())

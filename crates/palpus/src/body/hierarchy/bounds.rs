@@ -1,6 +1,6 @@
 //! Bounding volumes of a node, for cheap tests. Their sizes are computed with the same arithmetic
-//! as the tests for points inside: `distance(center)` for the sphere, and coordinates along the
-//! axes for the box. Therefore rounding errors exclude no point of the node.
+//! as the tests of whether a point is inside: `distance(center)` for the sphere, and coordinates
+//! along the axes for the box. Therefore rounding errors exclude no point of the node.
 //!
 //! The tests between two bounding volumes are in `collision`.
 
@@ -30,9 +30,9 @@ pub struct OrientedBox {
 }
 
 impl OrientedBox {
-    /// Returns a small box around a polytope. Of three boxes it returns the one with the smallest
-    /// surface area. The first is aligned with the frame, the second with the principal axes of the
-    /// vertices, and the third with the largest face and the longest side of that face.
+    /// Returns a small box around a polytope. Computes three boxes and returns the one with the
+    /// smallest surface area. The first is aligned with the frame, the second with the principal
+    /// axes of the vertices, and the third with the largest face and the longest side of that face.
     pub fn around(polytope: &Polytope) -> Self {
         let points = polytope.vertices();
         let mut best = Self::along(DMat3::IDENTITY, points);
@@ -65,8 +65,8 @@ impl OrientedBox {
         self
     }
 
-    /// Returns an eighth of the surface area. Boxes are compared by area, because the volume of a
-    /// flat node is zero.
+    /// Returns an eighth of the surface area. The comparison of boxes uses areas, because the
+    /// volume of a flat node is zero.
     fn surface(&self) -> f64 {
         let h = self.half;
         h.x * h.y + h.y * h.z + h.z * h.x
@@ -74,11 +74,11 @@ impl OrientedBox {
 }
 
 impl Sphere {
-    /// Returns a sphere around `points` that is nearly the smallest one.
+    /// Returns a sphere around `points` that is nearly the smallest possible.
     ///
-    /// The centre starts at `center`. In each iteration it moves toward the farthest point, by a
-    /// decreasing fraction (Bădoiu and Clarkson 2003). The result is the smallest sphere of all
-    /// iterations.
+    /// The centre starts at `center`. In each iteration the centre moves toward the farthest point,
+    /// by a decreasing fraction (Bădoiu and Clarkson 2003). The result is the smallest sphere of
+    /// all iterations.
     pub fn around(points: &[DVec3], mut center: DVec3) -> Self {
         let mut best = Self { center, radius: f64::INFINITY };
         for step in 0..SPHERE_STEPS {
@@ -116,8 +116,8 @@ pub(crate) fn covariance(points: &[DVec3]) -> DMat3 {
     })
 }
 
-/// Returns axes along the normal of the largest face and along that face's longest side; `None` if
-/// the side has no length across the normal.
+/// Returns axes along the normal of the largest face and along that face's longest side. `None` if
+/// the side's component perpendicular to the normal is zero.
 fn flush_axes(polytope: &Polytope) -> Option<DMat3> {
     let corner = |f: u32, k: usize| polytope.vertex(polytope.face_vertices(f).at(k));
     let area = |f: u32| {

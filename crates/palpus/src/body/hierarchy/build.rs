@@ -16,7 +16,7 @@ impl Hierarchy {
         Self::build_with(pieces, coplanar, &Alone, &mut |_| ())
     }
 
-    /// Does the same as [`Self::build`] on several `workers`, and calls `progress` with the
+    /// Builds the same tree as [`Self::build`] on several `workers`, and calls `progress` with the
     /// finished fraction. The tree does not depend on the workers.
     ///
     /// # Errors
@@ -45,12 +45,13 @@ impl Hierarchy {
     }
 }
 
-/// Fractions of the work for the progress report: the splits of the top, and the subtrees. The
-/// remaining work is for the hulls of the top.
+/// Fractions of the work for the progress report: splitting the top, and building the subtrees. The
+/// remaining work is the hulls of the top.
 const CUT_SHARE: f64 = 0.1;
 const SUBTREE_SHARE: f64 = 0.65;
 
-/// The top of the tree. Its parts have too many pieces for one worker.
+/// The top of the tree. A part with too many pieces for one worker is split into two parts. One
+/// worker builds each of the other parts as a subtree.
 struct Crown {
     /// All parts, level by level from the root.
     parts: Vec<Part>,
@@ -116,8 +117,8 @@ impl Crown {
         map_in_order(workers, self.parts.len(), 1, build, progress).into_iter().collect()
     }
 
-    /// Computes the hull and bounds of each part that was split, from the last level up; `None` for
-    /// the other parts.
+    /// Computes the hull and bounds of each part that was split, from the last level to the root.
+    /// `None` for the other parts.
     fn hulls(
         &self,
         maker: &Maker<'_>,
@@ -155,8 +156,8 @@ impl Crown {
         Hierarchy { nodes: whole.nodes, hulls: whole.hulls, depth }
     }
 
-    /// Appends the nodes of a part and of everything below it. Returns the index of the part's node
-    /// and the depth below it.
+    /// Appends the nodes of a part and of all parts below it. Returns the index of the part's node
+    /// and the depth of its subtree.
     fn append(
         &self,
         part: usize,
@@ -218,7 +219,7 @@ impl Subtree {
         self.hulls.push(hull);
     }
 
-    /// Appends another tree's nodes after this one's.
+    /// Appends the nodes of `other` to this tree.
     fn extend(&mut self, other: Self) {
         let (nodes, hulls) = (self.nodes.len() as u32, self.hulls.len() as u32);
         self.nodes.extend(other.nodes.into_iter().map(|node| match node.kind {
@@ -293,8 +294,8 @@ impl Maker<'_> {
     }
 }
 
-/// Returns where to split a row of boxes. The split minimises the sum over both parts of surface
-/// area times number, which is the expected cost of a traversal.
+/// Returns where to split a row of boxes. The split minimises the expected cost of a traversal: the
+/// sum, over both parts, of the surface area times the number of boxes.
 fn cheapest_cut(extents: &[Aabb]) -> usize {
     let count = extents.len();
     let mut costs = vec![0.0; count];
@@ -325,11 +326,11 @@ fn bounds_of(polytope: &Polytope) -> (Sphere, OrientedBox) {
 
 /// Tags each face as original if an original face of one child covers it, else as virtual. A
 /// child's face covers the face if all vertices of the face belong to that child and lie in the
-/// plane of the child's face. This is sufficient because the child is convex.
+/// plane of the child's face. This condition is sufficient because the child is convex.
 fn tag(polytope: Polytope, inputs: &[u32], left: &Polytope, right: &Polytope, coplanar: f64) -> Polytope {
     let from_left = left.vertices().len() as u32;
-    // Neighbouring pieces share vertices. For a shared vertex, `inputs` has the index in the left
-    // child.
+    // Neighbouring pieces share vertices. For a shared vertex, `inputs` has the vertex's index in
+    // the left child.
     let place = |v: &DVec3| v.to_array().map(f64::to_bits);
     let mut rights: Vec<([u64; 3], u32)> = right.vertices().iter().map(place).zip(0..).collect();
     rights.sort_unstable();

@@ -1,17 +1,18 @@
 //! Merges the coplanar triangles of a hull into planar faces.
 //!
-//! 1. The largest triangle that has no face yet starts a new face. Its plane supports the whole
-//!    hull exactly. It stays the plane of the face, so repeated merges cause no drift.
+//! 1. The largest triangle that has no face yet starts a new face. The plane of this triangle
+//!    supports the whole hull exactly. The face keeps this plane, so repeated merges cause no
+//!    drift.
 //! 2. The face grows across sides to triangles whose corners lie within the merge distance
-//!    below that plane. A triangle joins only if the face stays a disc with a simple border and
-//!    does not fold over a sharp edge.
-//! 3. A vertex in the interior of a face is dropped. A vertex of only two faces lies on a straight
-//!    side of both and is dropped from both.
+//!    below that plane. A triangle joins only if the face then is still a disc with a simple
+//!    border, and does not fold over a sharp edge.
+//! 3. A vertex in the interior of a face is dropped. If a vertex belongs to only two faces, it lies
+//!    on a straight side of both faces and is dropped from both.
 //! 4. A face is invalid in four cases: it has fewer than three corners left, it is turned over, it
 //!    has a reflex corner, or its dropped vertices do not lie on the sides that replace them. The
-//!    last case happens if two faces meet at a tiny angle. The triangles of invalid faces are
-//!    merged again with a smaller merge distance, and at last with exact coplanarity. If this fails
-//!    too, every triangle becomes a face.
+//!    last case occurs if two faces meet at a tiny angle. The triangles of invalid faces are merged
+//!    again with smaller and smaller merge distances, and finally only if exactly coplanar. If this
+//!    fails too, every triangle becomes a face.
 //!
 //! This module does not weld vertices that are closer than the merge distance, because the mesh is
 //! already welded.
@@ -65,7 +66,7 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
     }
     // Exact coplanarity is not transitive. On a lattice with rounding errors, some points are
     // exactly coplanar and others are not. Then a vertex between two faces may lie off the straight
-    // side. Therefore each triangle becomes a face.
+    // side. In this case each triangle becomes a face.
     match assemble(points, shell, &unmerged(points, shell), 0.0) {
         Ok(Some(answer)) => Ok(answer),
         Ok(None) => Err(Unmergeable { collinear: Vec::new() }),
@@ -75,8 +76,8 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
 
 /// Error: some triangles are so narrow that their normals consist of rounding errors.
 pub(super) struct Unmergeable {
-    /// The corner of each such triangle that is opposite the longest side. Up to rounding, it lies
-    /// on a segment between other points.
+    /// For each narrow triangle, the corner opposite the longest side. Up to rounding, this corner
+    /// lies on a segment between other points.
     pub(super) collinear: Vec<u32>,
 }
 
@@ -105,8 +106,8 @@ fn unmerged(points: &[DVec3], shell: &Shell) -> Faces {
     Faces { of: (0..shell.triangles.len() as u32).collect(), founders }
 }
 
-/// Marks the neighbours of invalid faces that cannot shrink. Such a face is a single triangle with
-/// a corner on the side of another face, so the neighbours have merged too much.
+/// Marks the neighbours of invalid faces that cannot shrink. A face that cannot shrink is a single
+/// triangle with a corner on the side of another face, so its neighbours have merged too much.
 fn spoil_neighbours(shell: &Shell, faces: &Faces, distances: &[f64], spoilt: &mut [bool]) {
     let at_end: Vec<u32> = (0..faces.of.len() as u32)
         .filter(|&t| spoilt[faces.of[t as usize] as usize] && distances[t as usize] <= 0.0)
@@ -165,9 +166,9 @@ fn grow_faces(points: &[DVec3], shell: &Shell, distances: &[f64]) -> Faces {
     faces
 }
 
-/// Returns true if a face that is a disc stays a disc when triangle `t` joins it. This holds if `t`
-/// shares one side with the face and its opposite corner is not yet in the face, or if it shares
-/// two sides.
+/// Returns true if a face that is a disc stays a disc when triangle `t` joins it. The face stays a
+/// disc if `t` shares two sides with it. The face also stays a disc if `t` shares one side and the
+/// face does not contain the opposite corner of `t`.
 fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u32) -> bool {
     let shared = shell.neighbours[t as usize].map(|n| face_of[n as usize] == face);
     match shared.iter().filter(|&&s| s).count() {
@@ -177,8 +178,8 @@ fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u
     }
 }
 
-/// Does steps 3 and 4. Returns `Err` with the invalid faces, or `Ok(None)` if it is not known which
-/// faces are invalid.
+/// Does steps 3 and 4. Returns `Err` with the invalid faces. Returns `Ok(None)` if the topology is
+/// invalid and the faces at fault are unknown.
 #[allow(clippy::type_complexity, reason = "a private function with three outcomes")]
 fn assemble(
     points: &[DVec3],
@@ -187,7 +188,7 @@ fn assemble(
     coplanar: f64,
 ) -> Result<Option<(Polytope, Vec<u32>)>, Vec<bool>> {
     // A border visits each of its vertices once. Therefore the number of faces at a vertex equals
-    // the number of border sides that start there.
+    // the number of border sides that start at the vertex.
     let mut valence = vec![0u32; points.len()];
     let mut first_side = vec![(NONE, 0); faces.founders.len()];
     for (t, corners) in shell.triangles.iter().enumerate() {
@@ -260,9 +261,9 @@ fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize)) -> Option<Ve
     }
 }
 
-/// Returns the corners of a border that stay. Returns `None` unless, within the merge distance,
-/// they form a convex polygon about `normal` and each dropped vertex lies on the side that replaces
-/// it.
+/// Returns the corners of a border that stay. Returns `None` in two cases: the corners do not form
+/// a convex polygon about `normal`, or a dropped vertex does not lie on the side that replaces it.
+/// Both tests allow the merge distance.
 fn straightened(
     points: &[DVec3],
     mut border: Vec<u32>,
@@ -284,8 +285,8 @@ fn straightened(
             continue;
         }
         let tail = border[k - dropped - 1];
-        // With exact coplanarity, dropped vertices lie exactly on the side. The test is skipped,
-        // because it could only fail by its own rounding errors.
+        // With exact coplanarity, dropped vertices lie exactly on the side. The test is then
+        // skipped, because it could fail only by its own rounding errors.
         if coplanar > 0.0 && border[k - dropped..k].iter().any(|&v| inside(v, tail, head).abs() > coplanar) {
             return None;
         }

@@ -1,6 +1,6 @@
 //! Computes normals of triangles to full precision, even for very thin triangles.
 //!
-//! A plain cross product of two sides loses digits if the triangle is thin, and a plane with such a
+//! A plain cross product of two sides loses digits if the triangle is thin, and a plane with that
 //! normal does not support the hull. Here each difference and each product is stored with its
 //! rounding error (Dekker's double-double numbers). The error of the result is about 1e-31 of the
 //! product of the side lengths.

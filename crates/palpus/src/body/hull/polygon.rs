@@ -1,7 +1,7 @@
 //! Computes the convex hull of points that lie in one plane, up to rounding.
 //!
-//! 1. Project the points along the coordinate axis nearest to the plane's normal. This drops one
-//!    coordinate, so it is exact.
+//! 1. Project the points along the coordinate axis nearest to the plane's normal. The projection
+//!    only drops one coordinate, so it is exact.
 //! 2. Compute the strictly convex hull with a monotone chain and exact orientation tests (Andrew
 //!    1979).
 //! 3. Drop corners that lie within the merge distance of the chord between the remaining corners.
@@ -94,7 +94,7 @@ fn without_straight_corners(points: &[DVec3], corners: Vec<u32>, coplanar: f64) 
         return corners;
     }
     let at = |k: usize| points[corners[k % n] as usize];
-    // Start at the corner farthest from the middle, because it is never nearly straight.
+    // Start at the corner farthest from the middle, because that corner is never nearly straight.
     let middle = corners.iter().map(|&v| points[v as usize]).sum::<DVec3>() / n as f64;
     let mut start = 0;
     for k in 1..n {

@@ -1,24 +1,24 @@
 //! Quickhull with exact signs: computes the triangulated hull of a point set of non-zero volume.
 //!
-//! Each point outside the current hull is in the list of one facet below it; it lies strictly
-//! above that facet. Each round takes a facet whose list is not empty:
+//! Each point outside the current hull is in the list of one facet, and lies strictly above that
+//! facet. Each round takes a facet whose list is not empty:
 //!
 //! 1. The apex is the point of the list that is highest above the facet. Floating-point heights are
 //!    sufficient, because the hull is correct for any point of the list.
-//! 2. A flood fill across edges finds the visible facets, which are the facets strictly below the
-//!    apex.
+//! 2. A flood fill across edges finds the visible facets. A facet is visible if it is strictly
+//!    below the apex.
 //! 3. The border of the visible facets, the horizon, is one simple ring. New facets from the
 //!    horizon to the apex replace the visible facets.
-//! 4. Each point in the list of a removed facet moves to the list of a new facet below it. If there
-//!    is no such facet, the point is inside the hull.
+//! 4. Each point in the list of a removed facet moves to the list of a new facet below the point.
+//!    If no new facet is below the point, the point is inside the hull.
 //!
 //! Exact signs are sufficient if a coplanar point counts as *not above*. Seen from the apex, the
 //! visible facets project one to one onto a convex polygon. Therefore they form a disc, no side of
 //! the horizon is collinear with the apex, and no new facet is degenerate.
 //!
-//! At a side of the horizon, the normal of the new facet is a non-negative combination of two
-//! normals: those of the visible facet and of the outer facet at that side. Therefore a point above
-//! both facets is above the new facet, and step 4 loses no outside point.
+//! At each side of the horizon, a visible facet meets an outer facet. The normal of the new facet
+//! at this side is a non-negative combination of the normals of these two facets. Therefore a point
+//! above both facets is above the new facet, and step 4 loses no outside point.
 
 use glam::DVec3;
 
@@ -57,7 +57,8 @@ struct Builder<'a> {
     free: Vec<u32>,
     /// For each point in a list, the next point of the list.
     next: Vec<u32>,
-    /// For each vertex of the current horizon, the new facet whose horizon side starts there.
+    /// For each vertex of the current horizon, the new facet whose horizon side starts at the
+    /// vertex.
     starts: Vec<u32>,
     visible: Vec<u32>,
     horizon: Vec<(u32, u32, u32)>,
@@ -101,7 +102,8 @@ impl Builder<'_> {
         for (corners, neighbours) in facets {
             self.facets.push(Facet { corners, neighbours, waiting: NONE, alive: true, seen: 0 });
         }
-        // Adds the points from the last to the first, so that the lists are in ascending order.
+        // Adds the points from the last to the first, because then the lists are in ascending
+        // order.
         for p in (0..self.points.len() as u32).rev().filter(|p| ![a, b, c, d].contains(p)) {
             if let Some(facet) = (0..4).find(|&f| self.is_above(f, p)) {
                 self.wait(facet, p);

@@ -92,7 +92,7 @@ fn grid(n: u32) -> Vec<DVec3> {
 }
 
 #[test]
-fn a_turned_cube_of_grid_points_has_six_faces() {
+fn rotated_grid_cube_has_six_faces() {
     let mut random = Random::new(SEED);
     for turn in 0..20 {
         let rotation = if turn == 0 { DQuat::IDENTITY } else { rotation(&mut random) };
@@ -248,7 +248,7 @@ fn extreme_scales_never_panic() {
 }
 
 #[test]
-fn many_points_on_a_sphere_have_a_valid_hull() {
+fn many_sphere_points_have_a_valid_hull() {
     let mut random = Random::new(SEED);
     let points: Vec<DVec3> = (0..3000).map(|_| random.vector().normalize_or_zero()).collect();
     let ball = solid(&points, 1e-9, "sphere");
@@ -256,8 +256,8 @@ fn many_points_on_a_sphere_have_a_valid_hull() {
     assert!((volume(&ball) - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.02);
 }
 
-/// Regression test: lattices away from the origin have rounding errors of an ulp, and once gave
-/// [`HullError::Inconsistent`].
+/// Regression test: lattices away from the origin have rounding errors of an ulp. An earlier
+/// version returned [`HullError::Inconsistent`] for them.
 #[test]
 fn a_lattice_with_rounding_errors_has_a_hull() {
     let mut random = Random::new(SEED);

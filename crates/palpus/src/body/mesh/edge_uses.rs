@@ -8,9 +8,9 @@ pub(crate) struct EdgeUses {
 }
 
 impl EdgeUses {
-    /// Groups the sides of `triangles`. All vertex indices must be less than `vertex_count`. A
-    /// counting sort by the edge's lower vertex is followed by a small sort within each vertex's
-    /// bucket.
+    /// Groups the sides of `triangles`. All vertex indices must be less than `vertex_count`. Does a
+    /// counting sort by the lower vertex of each edge, and then a small sort within the bucket of
+    /// each vertex.
     pub(crate) fn new(vertex_count: usize, triangles: &[[u32; 3]]) -> Self {
         let ends = |side: usize| {
             let triangle = triangles[side / 3];
@@ -24,8 +24,8 @@ impl EdgeUses {
         for v in 0..vertex_count {
             bucket_starts[v + 1] += bucket_starts[v];
         }
-        // An entry combines the upper vertex and the side in one number, so that sorting numbers
-        // sorts edges.
+        // An entry combines the upper vertex and the side in one number. Sorting these numbers
+        // sorts the edges.
         let mut entries = vec![0_u64; 3 * triangles.len()];
         let mut next = bucket_starts.clone();
         for side in 0..3 * triangles.len() {

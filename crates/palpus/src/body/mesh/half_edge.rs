@@ -1,14 +1,15 @@
-//! Finds the triangle across each edge, and how the surface bends there.
+//! Finds the triangle across each edge, and the bend of the surface at the edge.
 //!
 //! Side `k` of a triangle runs from its corner `k` to its corner `k + 1`. Two triangles are
 //! neighbours across an edge if no other triangle uses the edge and their sides run along it in
 //! opposite directions. There is no neighbour across a boundary, across an edge of three or more
-//! triangles, and between two triangles of opposite orientation.
+//! triangles, or across an edge of two triangles with opposite orientations.
 //!
 //! 1. Group the sides of all triangles by their undirected edge ([`EdgeUses`]).
 //! 2. Pair the two sides of each manifold edge.
-//! 3. Classify each edge: coplanar within [`tolerance::COPLANAR`], else convex or reflex by an
-//!    exact predicate.
+//! 3. Classify each edge. An edge is coplanar if its two triangles lie in one plane within
+//!    [`tolerance::COPLANAR`]. Otherwise an exact predicate decides whether the edge is convex or
+//!    reflex.
 
 use glam::DVec3;
 
@@ -17,7 +18,7 @@ use crate::body::Mesh;
 use crate::body::mesh::edge_uses::EdgeUses;
 use crate::body::mesh::triangle_pair::side_of_plane;
 
-/// Kind of an edge, by how the surface bends there.
+/// Kind of an edge, by the bend of the surface at the edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EdgeKind {
     /// No other triangle uses the edge.
@@ -80,8 +81,8 @@ impl HalfEdges {
     }
 
     /// Returns the angle (rad) by which the normal turns across side `k` of triangle `t`, in (−π,
-    /// π]. It is positive at a convex edge and negative at a reflex edge. Returns `None` if there
-    /// is no neighbour.
+    /// π]. The angle is positive at a convex edge and negative at a reflex edge. Returns `None` if
+    /// there is no neighbour.
     pub fn bend(&self, mesh: &Mesh, t: u32, k: usize) -> Option<f64> {
         let (other, _) = self.neighbour(t, k)?;
         let corners = mesh.triangle_points(t);
@@ -104,10 +105,11 @@ fn turned(mesh: &Mesh, side: u32) -> [DVec3; 3] {
     [p[k], p[(k + 1) % 3], p[(k + 2) % 3]]
 }
 
-/// Classifies the edge between two triangles. It is coplanar if each triangle's opposite corner
-/// lies within `height_tolerance` of the other's plane and the triangles do not fold onto each
-/// other. Otherwise the exact side of the opposite corner decides. A fold of opening angle zero
-/// counts as reflex, so that no patch grows across it.
+/// Classifies the edge between two triangles. The edge is coplanar under two conditions. Each
+/// triangle's opposite corner lies within `height_tolerance` of the other triangle's plane, and the
+/// triangles do not fold onto each other. Otherwise an exact predicate finds the side of the
+/// opposite corner, which decides the kind. A fold of opening angle zero counts as reflex, so that
+/// no patch grows across it.
 fn classify(mesh: &Mesh, first: u32, second: u32, height_tolerance: f64) -> EdgeKind {
     let ([a, b, c], [_, _, d]) = (turned(mesh, first), turned(mesh, second));
     let (n_first, n_second) = (mesh.triangle_normal(first / 3), mesh.triangle_normal(second / 3));

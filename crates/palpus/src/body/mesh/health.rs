@@ -2,9 +2,9 @@
 //! repairs that were made.
 //!
 //! 1. Count the edges of one triangle (boundary), the edges of three or more triangles
-//!    (non-manifold), and the edges of two triangles that disagree on which side is outside.
-//! 2. Count *pinched* vertices, whose triangles form more than one fan. Two parts of the surface
-//!    touch there.
+//!    (non-manifold), and the edges of two triangles that disagree about the outer side.
+//! 2. Count *pinched* vertices: their triangles form more than one fan, because two parts of the
+//!    surface touch at the vertex.
 //! 3. For each component, find whether it is closed, and compute the genus of closed components by
 //!    Euler's formula. A pinched vertex counts once per fan.
 //! 4. Count self-intersections: pairs of triangles that cross, overlap in a plane or touch. All
@@ -35,7 +35,7 @@ pub struct Health {
     pub boundary_edges: usize,
     /// Number of edges that three or more triangles use.
     pub non_manifold_edges: usize,
-    /// Number of edges of two triangles that disagree on which side is outside.
+    /// Number of edges of two triangles that disagree about the outer side.
     pub disagreeing_edges: usize,
     /// Number of vertices where parts of the surface touch without sharing an edge.
     pub pinched_vertices: usize,

@@ -1,20 +1,21 @@
-//! Finds the components of a mesh, and orients each so that its triangles agree and its normals
-//! point outward.
+//! Finds the components of a mesh. Orients each component so that its triangles agree and its
+//! normals point outward.
 //!
-//! 1. Triangles are connected across edges that exactly two of them use. Starting from one
-//!    triangle, each connected triangle is flipped if it disagrees with its neighbour. If this
-//!    would flip most triangles of a component, the other triangles are flipped instead.
+//! 1. Triangles are connected across edges that exactly two triangles use. Starting from one
+//!    triangle, each connected triangle is flipped if it disagrees with its neighbour. If most
+//!    triangles of a component disagree with the first triangle, the triangles that agree are
+//!    flipped instead.
 //! 2. A component is closed if each of its edges is used equally often in both directions. The
 //!    sign of its volume then gives its orientation. Open components keep the orientation of the
 //!    file.
-//! 3. Closed components can be nested. If an outermost component has a negative volume, it and all
-//!    components inside it are inside out, and all their triangles are flipped. A component inside
-//!    another one, with the opposite sign, is a cavity and stays as it is. If the file's
-//!    orientation is inconsistent within a component, the nesting depth decides instead: an even
-//!    depth is solid, an odd depth is a cavity.
+//! 3. Closed components can be nested. If an outermost component has a negative volume, this
+//!    component and all components inside it are inside out, and all their triangles are flipped. A
+//!    component inside another component of opposite sign is a cavity and does not change. If the
+//!    file's orientation is inconsistent within a component, the nesting depth decides instead: an
+//!    even depth is solid, an odd depth is a cavity.
 //!
-//! A component lies inside another if its bounding box and a sample of its vertices do. If
-//! components cross, neither counts as inside the other.
+//! A component lies inside another if its bounding box and a sample of its vertices lie inside the
+//! other. If two components cross, neither counts as inside the other.
 
 use glam::DVec3;
 
@@ -190,8 +191,8 @@ fn inside_out(
         if !trusted[c] {
             return (volumes[c] < 0.0) == holders.len().is_multiple_of(2);
         }
-        // The outermost enclosing component lies in no other component. Its sign decides for all
-        // components inside it.
+        // The outermost enclosing component lies in no other component. The sign of its volume
+        // decides whether all components inside it are inside out.
         holders.iter().any(|&h| around[h].is_empty() && volumes[h] < 0.0)
     };
     candidates.iter().copied().filter(|&c| inverted(c)).collect()

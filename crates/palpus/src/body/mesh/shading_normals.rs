@@ -6,9 +6,10 @@
 //! from polygonal facets*, 1998).
 //!
 //! The mean includes only the faces that can be reached around the vertex without crossing a
-//! crease. Therefore sharp edges stay sharp, and a triangle with creases on both sides of a corner
-//! has its face normal there. An edge is a crease if the normal turns by more than the crease
-//! angle, or if it is not shared by exactly two triangles that agree on which side is outside.
+//! crease. Therefore sharp edges stay sharp. If a triangle has creases at both sides of a corner,
+//! the normal at this corner is its face normal. An edge is a crease if the normal turns across it
+//! by more than the crease angle. An edge is also a crease unless exactly two triangles share it
+//! and agree about the outer side.
 
 use glam::DVec3;
 
@@ -21,8 +22,9 @@ pub struct ShadingNormals {
 }
 
 impl ShadingNormals {
-    /// Computes the normals of `mesh`. An edge is a crease if the normal turns there by more than
-    /// `crease_angle` (rad). With 0 every bent edge is a crease, with π no bent edge is.
+    /// Computes the normals of `mesh`. An edge is a crease if the normal turns across it by more
+    /// than `crease_angle` (rad). With 0, every bent edge is a crease. With π, no bent edge is a
+    /// crease.
     pub fn new(mesh: &Mesh, edges: &HalfEdges, crease_angle: f64) -> Self {
         let count = mesh.triangles().len() as u32;
         let fans = Fans {
@@ -56,12 +58,12 @@ impl ShadingNormals {
     }
 
     /// Returns the interpolated unit normal at a point of triangle `t`. `weights` are the
-    /// barycentric coordinates of the point; they are not negative and their sum is 1.
+    /// barycentric coordinates of the point: numbers that are not negative and have the sum 1.
     pub fn at(&self, t: u32, weights: DVec3) -> DVec3 {
         let corners = &self.corners[t as usize];
         let sum = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
-        // Opposite normals can cancel only between needles. In that case use the normal of the
-        // nearest corner.
+        // Opposite normals can cancel only between needles. Then the normal of the nearest corner
+        // is used.
         sum.try_normalize().unwrap_or(corners[weights.max_position()])
     }
 
@@ -91,7 +93,7 @@ impl Fans<'_> {
     fn collect(&self, start: (u32, usize), fan: &mut Vec<(u32, usize)>) {
         fan.clear();
         let mut first = start;
-        // Walk clockwise to the first crease, if there is one. Then walk counter-clockwise to the
+        // Walks clockwise to the first crease, if there is one. Then walks counter-clockwise to the
         // next crease.
         while let Some(before) = self.clockwise(first) {
             first = before;
@@ -107,15 +109,15 @@ impl Fans<'_> {
         }
     }
 
-    /// Returns the next corner at the vertex, clockwise as seen from outside, across the side that
-    /// starts there; `None` at a crease.
+    /// Returns the next corner at the vertex, clockwise as seen from outside. This corner lies
+    /// across the side that starts at the vertex. `None` if this side is a crease.
     fn clockwise(&self, (t, k): (u32, usize)) -> Option<(u32, usize)> {
         let (other, j) = self.edges.neighbour(t, k)?;
         self.smooth(t, other).then_some((other, (j + 1) % 3))
     }
 
-    /// Returns the next corner at the vertex, counter-clockwise as seen from outside, across the
-    /// side that ends there; `None` at a crease.
+    /// Returns the next corner at the vertex, counter-clockwise as seen from outside. This corner
+    /// lies across the side that ends at the vertex. `None` if this side is a crease.
     fn counter_clockwise(&self, (t, k): (u32, usize)) -> Option<(u32, usize)> {
         let (other, j) = self.edges.neighbour(t, (k + 2) % 3)?;
         self.smooth(t, other).then_some((other, j))
@@ -133,7 +135,7 @@ mod tests {
     use crate::body::shapes::{cuboid, torus};
 
     #[test]
-    fn a_box_is_shaded_round_only_above_90_degrees() {
+    fn box_is_shaded_round_only_above_90_degrees() {
         let mesh = cuboid(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
         let edges = HalfEdges::new(&mesh);
         let sharp = ShadingNormals::new(&mesh, &edges, 1.5);
@@ -143,15 +145,15 @@ mod tests {
                 assert!((sharp.corner(t, k) - mesh.triangle_normal(t)).length() < 1e-15);
                 let outward = mesh.triangle_points(t)[k] - DVec3::new(0.5, 1.0, 1.5);
                 let expected = outward.signum() / 3.0_f64.sqrt();
-                // The result is symmetric although the diagonals of the faces are not, because the
-                // weights are angles.
+                // The result is symmetric because the weights are angles. The diagonals of the
+                // faces are not symmetric.
                 assert!((round.corner(t, k) - expected).length() < 1e-15);
             }
         }
     }
 
     #[test]
-    fn normals_of_a_fine_torus_are_accurate_and_continuous() {
+    fn fine_torus_normals_are_accurate_and_continuous() {
         let mesh = torus(1.0, 0.4, 64, 48);
         let edges = HalfEdges::new(&mesh);
         let shading = ShadingNormals::new(&mesh, &edges, 0.6);
@@ -171,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ridge_keeps_the_face_normals_of_both_slopes() {
+    fn ridge_keeps_face_normals_of_both_slopes() {
         // Two slopes meet in a ridge of 90°. Along the ridge each slope keeps its face normal.
         let mesh = {
             let mut soup = crate::body::PolygonSoup::new();

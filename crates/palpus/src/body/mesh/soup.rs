@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 /// Polygons over a list of vertices, as read from a file. The readers check that indices are in
-/// range and that coordinates are finite, because they know the line of an error. They check
-/// nothing else.
+/// range and that coordinates are finite, because they know the line number of an error. The
+/// readers check nothing else.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonSoup {
     /// Positions in model units.

@@ -1,18 +1,20 @@
-//! Tests whether two triangles cross, overlap or touch, with exact predicates only.
+//! Tests whether two triangles cross, overlap or touch. Uses only exact predicates.
 //!
-//! Corners with equal coordinates are shared. The points of a shared vertex or edge do not count as
-//! common points. Therefore neighbours in a valid mesh are [`TrianglePair::Apart`].
+//! Corners with equal coordinates count as one shared vertex. The points of a shared vertex or edge
+//! do not count as common points. Therefore neighbours in a valid mesh are [`TrianglePair::Apart`].
 //!
 //! 1. For each triangle, find on which side of its plane the corners of the other triangle lie. If
-//!    all lie strictly on one side, the triangles are apart. If all lie in the plane, the triangles
-//!    are coplanar. Then drop one coordinate, which is exact, and test in two dimensions.
+//!    all corners lie strictly on one side, the triangles are apart. If all corners lie in the
+//!    plane, the triangles are coplanar. Then drop one coordinate, which is an exact projection,
+//!    and test in two dimensions.
 //! 2. If each triangle has corners strictly on both sides of the other's plane, each triangle meets
 //!    the common line of the planes in an interval. The triangles cross if the open intervals
-//!    overlap. Two more predicates decide this (Guigue and Devillers, *Fast and Robust
-//!    Triangle–Triangle Overlap Test*, 2003).
-//! 3. Triangles that do not cross touch if an edge of one meets the other. If they share one
-//!    vertex, only the two edges opposite that vertex need a test. The intersection is convex and
-//!    contains the shared vertex, so if it has more points, it reaches one of these edges.
+//!    overlap. Two more predicates decide whether the intervals overlap (Guigue and Devillers,
+//!    *Fast and Robust Triangle–Triangle Overlap Test*, 2003).
+//! 3. If the triangles do not cross, they touch if an edge of one triangle meets the other
+//!    triangle. If the triangles share one vertex, only the two edges opposite the vertex need a
+//!    test. The intersection is convex and contains the shared vertex. So if the intersection has
+//!    other points, it reaches one of these edges.
 //!
 //! The triangles must have a positive area. Otherwise the result is meaningless, but the functions
 //! do not panic.
@@ -67,8 +69,8 @@ pub(crate) fn side_of_plane(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> f64 {
     -robust::orient3d(coord(a), coord(b), coord(c), coord(p))
 }
 
-/// Returns twice the signed area of `abc`. It is positive if the corners are counter-clockwise. The
-/// sign is exact.
+/// Returns twice the signed area of `abc`. The area is positive if the corners are
+/// counter-clockwise. The sign is exact.
 #[inline]
 pub(crate) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
@@ -142,12 +144,12 @@ fn straddles(sides: [f64; 3]) -> bool {
 }
 
 /// Returns true if the two triangles cross. Each must have corners strictly on both sides of the
-/// other's plane. They cross if the open intervals overlap in which they meet the common line of
-/// the planes.
+/// other's plane. Each triangle meets the common line of the planes in an open interval. The
+/// triangles cross if these intervals overlap.
 fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_of_b: [f64; 3]) -> bool {
     let ([p1, mut q1, mut r1], a_above) = loner_first(a, sides_of_a);
     let ([p2, mut q2, mut r2], b_above) = loner_first(b, sides_of_b);
-    // Orient each triangle so that the other's single corner is above it. Then both intervals have
+    // Orients each triangle so that the other's single corner is above it. Then both intervals have
     // the same direction.
     if !a_above {
         std::mem::swap(&mut q2, &mut r2);
@@ -158,16 +160,16 @@ fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_o
     side_of_plane(p2, p1, q1, q2) < 0.0 && side_of_plane(p2, p1, r1, r2) > 0.0
 }
 
-/// Rotates the corners so that the first one is alone on its side of the other triangle's plane.
-/// Returns the corners, and true if the first corner is above the plane.
+/// Rotates the list of corners so that the first corner is alone on its side of the other
+/// triangle's plane. Returns the corners, and true if the first corner is above the plane.
 fn loner_first(corners: [DVec3; 3], sides: [f64; 3]) -> ([DVec3; 3], bool) {
     let above = sides.iter().filter(|&&s| s > 0.0).count() == 1;
     let first = sides.iter().position(|&s| if above { s > 0.0 } else { s < 0.0 }).unwrap_or(0);
     ([corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]], above)
 }
 
-/// Returns true if the triangles have a common point other than a shared vertex. They must not
-/// cross, must not be coplanar, and may share at most one vertex.
+/// Returns true if the triangles have a common point other than a shared vertex. The triangles must
+/// not cross, must not be coplanar, and may share at most one vertex.
 fn touching(a: &[DVec3; 3], b: &[DVec3; 3], shared: &Shared) -> bool {
     if let Some((i, j)) = shared.corner {
         return segment_meets_triangle(a[(i + 1) % 3], a[(i + 2) % 3], b)
@@ -194,8 +196,8 @@ fn coplanar(a: &[DVec3; 3], b: &[DVec3; 3], shared: &Shared) -> TrianglePair {
     if touch { TrianglePair::Touching } else { TrianglePair::Apart }
 }
 
-/// Returns a map that drops one coordinate such that the projected triangle has an area; `None` if
-/// no projection has an area.
+/// Returns a map that drops one coordinate, such that the projected triangle has an area. `None` if
+/// the triangle has no area in any projection.
 fn projection(triangle: &[DVec3; 3]) -> Option<fn(DVec3) -> DVec2> {
     let maps: [fn(DVec3) -> DVec2; 3] = [|p| DVec2::new(p.y, p.z), |p| DVec2::new(p.z, p.x), |p| DVec2::new(p.x, p.y)];
     maps.into_iter().find(|map| turn(map(triangle[0]), map(triangle[1]), map(triangle[2])) != 0.0)
@@ -228,8 +230,8 @@ fn separated(triangle: &[DVec2; 3], other: &[DVec2], strictly: bool) -> bool {
 #[cfg(test)]
 mod tests {
     //! The oracle uses a different method: two convex sets meet if the origin is in the hull of all
-    //! differences of their corners. It works on small integers, for which every determinant is
-    //! exact. Therefore it only covers coordinates on a small grid.
+    //! differences of their corners. The oracle works with small integers, for which every
+    //! determinant is exact. Therefore it covers only coordinates on a small grid.
 
     use super::*;
     use crate::algebra::Random;
@@ -251,7 +253,7 @@ mod tests {
     const NOTHING: Whole = [0; 3];
 
     /// Returns true if the origin is in the convex hull of the points. By Carathéodory's theorem,
-    /// it is then in a simplex of four of the points.
+    /// the origin is then in a simplex of four of the points.
     fn hull_holds_origin(points: &[Whole]) -> bool {
         let n = points.len();
         let mut simplices = Vec::new();
@@ -277,8 +279,8 @@ mod tests {
         })
     }
 
-    /// Returns true if the origin is in the interior of the convex hull. It must lie strictly
-    /// inside each supporting plane through three of the points.
+    /// Returns true if the origin is in the interior of the convex hull. The origin must lie
+    /// strictly inside each supporting plane through three of the points.
     fn hull_holds_origin_inside(points: &[Whole]) -> bool {
         let mut planes = 0;
         for &p in points {

@@ -1,16 +1,16 @@
 //! A bounding-volume tree over the triangles of a mesh.
 //!
-//! It is a binary tree of axis-aligned boxes in flat arrays. Each node is split at the median
-//! centroid along its longest axis. Therefore the depth is logarithmic in the number of triangles.
-//! The first child of a node directly follows the node. The corners of the triangles are copied in
-//! leaf order, so a query reads no other data. Queries do not allocate.
+//! The tree is a binary tree of axis-aligned boxes in flat arrays. Each node is split along its
+//! longest axis, at the median of the triangles' centroids. Therefore the depth is logarithmic in
+//! the number of triangles. The first child of a node directly follows the node. The corners of the
+//! triangles are copied in leaf order, so a query reads no other data. Queries do not allocate.
 //!
-//! * Overlap: find the triangles whose boxes overlap a given box, and the pairs of triangles of the
-//!   mesh whose boxes overlap.
+//! * Overlap: finds the triangles whose boxes overlap a given box, and the pairs of triangles whose
+//!   boxes overlap each other.
 //! * Nearest point: branch and bound, with the nearer child first.
-//! * Rays: the test is watertight, which means that a ray cannot pass between two triangles with a
-//!   common edge (S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
-//! * Inside test and winding number: see `winding`.
+//! * Rays: the test is watertight, so a ray cannot pass between two triangles with a common edge
+//!   (S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
+//! * Inside test and winding number: the module `winding` describes them.
 
 mod nearest;
 mod ray;
@@ -114,8 +114,8 @@ impl TriangleTree {
         self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds)
     }
 
-    /// Descends into all nodes whose box `enter` accepts. Calls `visit` with the position in leaf
-    /// order of each triangle of the leaves reached, until `visit` breaks.
+    /// Descends into all nodes whose box `enter` accepts. Calls `visit` with the position (in leaf
+    /// order) of each triangle in the visited leaves, until `visit` breaks.
     pub(in crate::body) fn descend(
         &self,
         mut enter: impl FnMut(&Aabb) -> bool,
@@ -158,8 +158,8 @@ impl TriangleTree {
     }
 
     /// Returns true if `is_one` accepts a triangle near `query`. Calls `is_one` for the
-    /// triangles of certain leaves: the leaf's box overlaps `query`, and for each plane of `planes`
-    /// a part of the box lies deeper than `depth` below the plane.
+    /// triangles of each leaf whose box meets two conditions. The box overlaps `query`, and a
+    /// part of the box lies deeper than `depth` below each plane of `planes`.
     pub(in crate::body) fn any_below(
         &self,
         query: &Aabb,
@@ -226,8 +226,8 @@ impl TriangleTree {
     }
 }
 
-/// The stack of nodes that a traversal still has to visit. It cannot overflow, because the depth of
-/// the tree is at most 33.
+/// The stack of nodes that a traversal has not visited yet. The stack cannot overflow, because the
+/// depth of the tree is at most 33.
 pub(in crate::body) struct Stack {
     nodes: [u32; 64],
     len: usize,

@@ -9,8 +9,8 @@
 //!    if it turns strictly left and no other corner lies in its closed triangle. A straight corner
 //!    is not an ear. Therefore a corner on a straight side becomes a corner of triangles with
 //!    positive area, and the surface stays closed along that side.
-//! 4. If there is no ear, the polygon crosses itself. Then cut off the corner with the sharpest
-//!    left turn, and return [`Cut::SelfCrossing`].
+//! 4. If there is no ear, the polygon crosses itself. In this case, cut off the corner with the
+//!    sharpest left turn, and return [`Cut::SelfCrossing`].
 //!
 //! Reference for the ear theorem: G. Meisters, *Polygons have ears*, 1975.
 
@@ -26,8 +26,8 @@ use crate::body::mesh::triangle_pair::turn;
 pub enum Cut {
     /// The polygon of `n` corners was cut into `n − 2` triangles with its orientation.
     Whole,
-    /// The projected polygon crosses itself. It was cut into triangles, but they do not cover a
-    /// well-defined region.
+    /// The projected polygon crosses itself. The polygon was cut into triangles, but the triangles
+    /// do not cover a well-defined region.
     SelfCrossing,
     /// The polygon has no area in any projection, or fewer than three corners. There are no
     /// triangles.
@@ -102,13 +102,13 @@ struct EarCutter<'a> {
     polygon: &'a [u32],
     next: Vec<usize>,
     previous: Vec<usize>,
-    /// Corners that do not turn strictly left. Only these can lie in an ear. Some of them may
-    /// already be cut off.
+    /// Corners that do not turn strictly left. Only these corners can lie in an ear. Some of them
+    /// may already be cut off.
     blunt: Vec<usize>,
     alive: Vec<bool>,
-    /// Ears as tuples of squared cut length, corner and generation of the corner. The length is
-    /// stored as its bits, which have the same order as the number. Entries of an older generation
-    /// are skipped.
+    /// Ears as tuples of squared cut length, corner, and generation of the corner. The bits of the
+    /// length are stored, because their integer order is the order of the lengths. Entries of an
+    /// older generation are skipped.
     ears: BinaryHeap<Reverse<(u64, usize, u32)>>,
     generation: Vec<u32>,
 }
@@ -168,16 +168,16 @@ impl<'a> EarCutter<'a> {
     fn is_ear(&self, i: usize) -> bool {
         let corners = [self.previous[i], i, self.next[i]];
         let [a, b, c] = corners.map(|j| self.flat[j]);
-        // In keyhole polygons, another corner can be at the same vertex as a corner of the ear.
-        // Such a corner touches the ear only at this vertex.
+        // In keyhole polygons, another corner can be at the same vertex as a corner of the
+        // ear. That corner touches the ear only at this vertex.
         let apart = |j: usize| corners.iter().all(|&corner| self.polygon[corner] != self.polygon[j]);
         let covered = |p: DVec2| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
         turn(a, b, c) > 0.0 && !self.blunt.iter().any(|&j| self.alive[j] && apart(j) && covered(self.flat[j]))
     }
 
     /// Returns the ear with the shortest cut; `None` if there is no ear. The two corners next to a
-    /// cut are tested again after each cut. A cut can also turn a distant corner into an ear. Such
-    /// corners are found when the list of ears is empty and all corners are tested again.
+    /// cut are tested again after each cut. A cut can also turn a distant corner into an ear. When
+    /// the list of ears is empty, all corners are tested again. This test finds the new ears.
     fn best_ear(&mut self) -> Option<usize> {
         if let Some(ear) = self.pop_ear() {
             return Some(ear);
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_on_a_straight_side_give_no_empty_triangles() {
+    fn straight_corners_give_no_empty_triangles() {
         let (points, polygon) = flat_polygon(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]);
         let mut triangles = Vec::new();
         assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::Whole);
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn bow_tie_is_self_crossing_and_line_is_degenerate() {
+    fn bow_tie_is_self_crossing_line_is_degenerate() {
         let (points, polygon) = flat_polygon(&[(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 1.0)]);
         let mut triangles = Vec::new();
         assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::SelfCrossing);
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bent_quad_is_cut_along_its_shorter_diagonal() {
+    fn bent_quad_is_cut_along_shorter_diagonal() {
         let points = [DVec3::ZERO, DVec3::new(1.0, 0.0, 0.3), DVec3::new(3.0, 3.0, 0.0), DVec3::new(0.0, 1.0, 0.3)];
         let mut triangles = Vec::new();
         assert_eq!(triangulate(&points, &[0, 1, 2, 3], &mut triangles), Cut::Whole);

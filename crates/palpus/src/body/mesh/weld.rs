@@ -2,9 +2,9 @@
 //!
 //! 1. [`weld`] merges vertices that are closer than [`tolerance::WELD`] times the extent. The first
 //!    vertex in the list stays.
-//! 2. [`unbend_caps`] removes *caps*, which are triangles without area whose middle corner lies on
-//!    their longest side. It cuts the triangle across that side at the middle corner. This closes
-//!    the surface and moves no vertex.
+//! 2. [`unbend_caps`] removes *caps*. A cap is a triangle without area whose middle corner lies on
+//!    its longest side. The function cuts the neighbour across this longest side in two, at the
+//!    middle corner. The cut closes the surface and moves no vertex.
 //! 3. [`drop_empty`] drops the remaining triangles without area. [`drop_duplicates`] keeps the
 //!    first of all triangles with the same three corners, in any order.
 
@@ -16,16 +16,16 @@ use crate::algebra::tolerance;
 use crate::body::Aabb;
 use crate::body::mesh::edge_uses::EdgeUses;
 
-/// Returns for each vertex the first vertex within the tolerance. For most vertices this is the
-/// vertex itself. `used` marks the vertices of faces; other vertices are not merged. The tolerance
-/// is relative to the extent of the used vertices, which must not be 0.
+/// Returns for each vertex the first vertex within the tolerance. For most vertices, the result is
+/// the vertex itself. `used` marks the vertices of faces; other vertices are not merged. The
+/// tolerance is relative to the extent of the used vertices, which must not be 0.
 pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
     let mut answer: Vec<u32> = (0..vertices.len() as u32).collect();
     let bounds = Aabb::around(vertices.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| *p));
     let extent = (bounds.max - bounds.min).max_element();
     let reach = tolerance::WELD * extent;
-    // The cells are much larger than the tolerance, so for nearly every vertex a single cell is
-    // searched.
+    // The cells are much larger than the tolerance, so the search for nearly every vertex needs one
+    // cell.
     let cell = tolerance::WELD_CELL * extent;
     let cell_of = |p: DVec3| ((p - bounds.min) / cell).to_array().map(|x| x.floor() as i64);
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(vertices.len());
@@ -64,8 +64,8 @@ pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
 }
 
 /// Replaces each cap and its neighbour across the longest side by two triangles that share the
-/// cap's middle corner. Leaves caps unchanged that have no unique neighbour there. Returns the
-/// number of replaced caps. `sources` stays parallel to `triangles`.
+/// cap's middle corner. Does not change a cap without a unique neighbour at that side. Returns the
+/// number of replaced caps. Entry k of `sources` still belongs to triangle k afterwards.
 pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]], sources: &mut [u32]) -> usize {
     let mut repaired = 0;
     for _ in 0..tolerance::CAP_ROUNDS {

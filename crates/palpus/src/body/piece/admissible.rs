@@ -1,26 +1,27 @@
-//! Admissible normals of pieces: the normals of the source mesh, not of the hull \[K02 §3.4\].
+//! Admissible normals of pieces: normals of the source mesh instead of the hull \[K02 §3.4\].
 //!
 //! A piece is the hull of a patch. The faces that the hull added are *virtual*: they are not
 //! part of the mesh, and no contact force may act along their normals. A normal is admissible if
-//! the patch has it on the source mesh. The admissible normals are:
+//! the source mesh has this normal at the patch. The admissible normals are:
 //!
-//! * The normal of each face of the piece in which triangles of the patch lie. Such a face is an
-//!   *own face*.
+//! * The normal of each face of the piece in which triangles of the patch lie. These faces are
+//!   called *own faces*.
 //! * At an edge of an own face where the mesh bends outward: the arc from the face's normal to the
-//!   normal of the mesh on the other side, even if that part belongs to another piece. The normal
+//!   normal of the mesh on the other side. The other side may belong to another piece. The normal
 //!   at the end of the arc is called *borrowed*.
 //! * At an edge of an own face where the mesh bends inward: only the face's normal.
 //! * At a vertex: every direction along which no neighbouring mesh vertex is higher.
 //!
 //! Each admissible normal is a support direction of the piece. The piece lies within the solid, so
-//! the hull's arc at a convex edge contains the arc of the mesh. At a boundary edge the mesh has no
-//! normal on the other side. There the arc spans a right angle, limited by the hull's arc.
+//! the hull's arc at a convex edge contains the arc of the mesh. At a boundary edge, the mesh has
+//! no normal on the other side. The arc then spans a right angle, but ends at the latest where the
+//! hull's arc ends.
 //!
-//! Borrowed normals make the minimum depth over a piece's normals continuous in the pose. At the
-//! pose where an edge pair disappears at the end of an arc, the borrowed normal there has the same
-//! depth. The neighbour's own face has the same depth too.
+//! Borrowed normals make the minimum depth over a piece's normals continuous in the pose. When an
+//! edge pair disappears at the end of an arc, the borrowed normal at this end has the same depth as
+//! the edge pair. The neighbour's own face also has this depth.
 //!
-//! This deviates from \[K02\]. The paper distinguishes original and virtual features, but does not
+//! Deviation from \[K02\]: the paper distinguishes original and virtual features, but does not
 //! limit the arc of an edge.
 
 mod apart;
@@ -71,12 +72,12 @@ pub struct OwnFace {
     pub whole: bool,
 }
 
-/// A borrowed normal of a piece: the normal of the mesh beyond one of its edges, at the end of the
-/// edge's arc.
+/// A borrowed normal of a piece. It is the normal of the mesh beyond an edge of the piece, at the
+/// end of the edge's arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Borrowed {
-    /// The supporting plane of the piece with that normal. The plane contains the edge. Offset in
-    /// metres.
+    /// The supporting plane of the piece with that normal. The plane contains the edge. Its offset
+    /// is in metres.
     pub plane: Plane,
     /// Index of the edge in the polytope.
     pub edge: u32,
@@ -91,7 +92,7 @@ pub struct OwnArc {
     /// the polytope. Otherwise the number minus the face count is an index into
     /// [`OwnNormals::borrowed`].
     pub left: u32,
-    /// Number of the plane to the right of the edge, as for `left`.
+    /// Number of the plane to the right of the edge, counted as in `left`.
     pub right: u32,
 }
 
@@ -108,7 +109,7 @@ impl Admissible {
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
             arcs: &self.arcs[from.arcs as usize..to.arcs as usize],
             corners: &self.corners[from.corners as usize..to.corners as usize],
-            // The list of caps is empty while they are being computed.
+            // While the caps are computed, their list is empty.
             cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),
         }
     }
@@ -200,7 +201,7 @@ impl<'a> OwnNormals<'a> {
         self.faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| &self.faces[k])
     }
 
-    /// Returns the arc of an edge; `None` if it has no arc.
+    /// Returns the arc of an edge; `None` if the edge has no arc.
     #[inline]
     pub fn arc_at(&self, edge: u32) -> Option<&'a OwnArc> {
         self.arcs.binary_search_by_key(&edge, |arc| arc.edge).ok().map(|k| &self.arcs[k])
@@ -257,8 +258,9 @@ impl<'a> OwnNormals<'a> {
     }
 
     /// Returns true if `point` on `feature` lies on the mesh and `outward` is an admissible normal
-    /// at that point, within [`ADMISSIBLE_ANGLE`] and the surface's noise. `outward` must be a unit
-    /// vector and a support direction of the piece at `point`. Both are in the piece's frame.
+    /// at that point. The tolerances are [`ADMISSIBLE_ANGLE`] and the surface's noise. `outward`
+    /// must be a unit vector and a support direction of the piece at `point`. Both vectors are in
+    /// the piece's frame.
     pub fn holds(&self, piece: &Piece, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         match feature {
             Feature::Face(face) => {
@@ -271,7 +273,7 @@ impl<'a> OwnNormals<'a> {
         }
     }
 
-    /// Returns true if `direction` is admissible at `vertex`. This holds under two conditions. The
+    /// Returns true if `direction` is admissible at `vertex`. There are two conditions. The
     /// normal of an own face at the vertex has a positive component along `direction`, and no
     /// neighbouring mesh vertex is higher along `direction`. `direction` must be a unit vector in
     /// the piece's frame and a support direction at the vertex.
@@ -292,8 +294,8 @@ struct Sides {
     right: u32,
 }
 
-/// Returns true if `point` lies on one of the triangles; it must lie in their plane. If there are
-/// more than [`ADMISSIBLE_TRIANGLES`] triangles, the test is skipped and the result is true.
+/// Returns true if `point` lies on one of the triangles. `point` must lie in their plane. If there
+/// are more than [`ADMISSIBLE_TRIANGLES`] triangles, the result is true without a test.
 fn lies_on(triangles: &[u32], mesh: &Mesh, point: DVec3) -> bool {
     triangles.len() > ADMISSIBLE_TRIANGLES
         || triangles.iter().any(|&t| {

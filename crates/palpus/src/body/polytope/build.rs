@@ -6,7 +6,7 @@
 //! 2. Pair each corner of a loop with the corner at which the same edge occurs in the opposite
 //!    direction.
 //! 3. Build the ring of each vertex: in each face, go from the edge that starts at the vertex to
-//!    the edge that ends there.
+//!    the edge that ends at the vertex.
 //! 4. Write all indices into one list, and compute the centroid, the radius and the directory.
 
 mod open_edges;
@@ -39,8 +39,8 @@ impl Polytope {
         Self::from_loops(vertices, loop_starts, loop_vertices, planes, provenance)
     }
 
-    /// Does the same as [`Self::from_faces`] with all loops in one list. The loop of face `f` is
-    /// `loop_vertices[loop_starts[f] .. loop_starts[f + 1]]`.
+    /// Builds the same polytope as [`Self::from_faces`], from all loops in one list. The loop of
+    /// face `f` is `loop_vertices[loop_starts[f] .. loop_starts[f + 1]]`.
     ///
     /// # Errors
     /// Fails if the faces do not form a closed surface.
@@ -89,8 +89,8 @@ impl Polytope {
         Ok(polytope)
     }
 
-    /// Builds a plate from a convex polygon. Its vertices are counter-clockwise as seen from the
-    /// side to which `normal` (unit) points.
+    /// Builds a plate from a convex polygon. The polygon's vertices are counter-clockwise as seen
+    /// from the side to which `normal` (unit) points.
     ///
     /// Face 0 is the front and has the provenance `front`. Face 1 is the back. Faces 2 … n + 1 are
     /// the rims; rim 2 + k lies along the side from vertex k to vertex k + 1. The back and the rims
@@ -120,7 +120,7 @@ impl Polytope {
         }
         let mut loop_edges: Vec<u32> = (0..n).collect();
         // The loop of the back is n−1, n−2, …, 0. Its side k runs from vertex n−1−k to vertex
-        // n−2−k, opposite to side n−2−k of the front.
+        // n−2−k. The front's side n−2−k runs in the opposite direction.
         loop_edges.extend((0..n).map(|k| n + (2 * n - 2 - k) % n));
         // The loop of a rim has the side head → tail along the front's edge, and the side tail →
         // head along the back's edge.
@@ -182,7 +182,7 @@ impl PolytopeRestorer {
     }
 
     /// Appends a corner to the current face. `edge` is the index of the edge that starts at the
-    /// corner, or `None` if this edge occurs for the first time.
+    /// corner. `edge` is `None` if this edge occurs for the first time.
     #[inline]
     pub fn corner(&mut self, vertex: u32, edge: Option<u32>) {
         let fresh = self.skin.edges.len() as u32;
@@ -241,8 +241,8 @@ impl PolytopeRestorer {
         }
         let mut polytope = skin.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
         polytope.set_bulge(bulge);
-        // At a vertex with only two corners the surface would be folded. If a vertex is not finite,
-        // the centroid or the radius is not finite either.
+        // If a vertex had only two corners, the surface would be folded at the vertex. If a vertex
+        // is not finite, the centroid or the radius is not finite either.
         let whole = (0..polytope.vertices.len() as u32).all(|v| polytope.ring(v).len() >= 3);
         (whole && polytope.centroid.is_finite() && polytope.radius.is_finite()).then_some(polytope)
     }
@@ -261,8 +261,7 @@ struct Skin {
 /// Working memory of [`Skin::assembled`].
 #[derive(Debug, Default)]
 struct Room {
-    /// For each edge, the corner at which it last occurred. The corner of an edge is the corner at
-    /// which the edge starts in a loop.
+    /// For each edge, the last corner at which the edge started in a loop.
     met: Vec<u32>,
     /// For each corner, the corner at which the same edge starts in the opposite direction.
     twins: Vec<u32>,
@@ -304,7 +303,7 @@ impl Skin {
         Ok(polytope)
     }
 
-    /// Computes the first corner of each vertex, and for each corner the next one around its
+    /// Computes the first corner of each vertex, and for each corner the next corner around its
     /// vertex.
     fn pair_corners(&self, room: &mut Room, vertices: usize) {
         const NONE: u32 = u32::MAX;
@@ -394,7 +393,7 @@ impl Skin {
         })
     }
 
-    /// Returns the first vertex for which some of its corners are not in its ring.
+    /// Returns the first vertex whose ring does not contain all of its corners.
     fn torn_vertex(&self, ring_starts: &[u32]) -> u32 {
         let mut corners = vec![0; ring_starts.len() - 1];
         self.loop_vertices.iter().for_each(|&v| corners[v as usize] += 1);

@@ -6,16 +6,16 @@ use super::Polytope;
 use super::numbers::Numbers;
 
 impl Polytope {
-    /// Returns the vertex farthest along `direction` and its dot product with `direction`. Climbs
-    /// from vertex `from`.
+    /// Climbs from vertex `from` to the vertex farthest along `direction`. Returns this vertex and
+    /// its dot product with `direction`.
     ///
-    /// The climb ends at a global maximum, because the polytope is convex. It only moves to
+    /// The climb ends at a global maximum, because the polytope is convex. The climb moves only to
     /// strictly higher vertices, so it cannot cycle. On a rough polytope ([`Self::is_rough`]), the
-    /// edge to the next higher vertex may be missing. There the climb only ends if no vertex of the
+    /// edge to the next higher vertex may be missing. The climb then ends only if no vertex of the
     /// adjacent faces is higher.
     ///
     /// If `from` is the support vertex of a similar direction, the climb visits one or two rings.
-    /// Then it is cheaper than [`Self::support`]; otherwise it is more expensive.
+    /// The climb is then cheaper than [`Self::support`]; otherwise it is more expensive.
     #[inline]
     pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
         match &self.lists.all {
@@ -24,7 +24,7 @@ impl Polytope {
         }
     }
 
-    /// Climbs, with the indices in lists of type `N`.
+    /// Does the climb with indices of type `N`.
     #[inline]
     fn climb_among<N: Copy + Into<u32>>(&self, all: &[N], from: u32, direction: DVec3) -> (u32, f64) {
         let mut best = from;
@@ -47,8 +47,8 @@ impl Polytope {
         }
     }
 
-    /// Does the same as [`Self::climb`]. Also returns the largest dot product of `direction` with
-    /// the neighbours of the found vertex.
+    /// Climbs like [`Self::climb`]. Also returns the largest dot product of `direction` with the
+    /// neighbours of the found vertex.
     #[inline]
     pub fn climb_apart(&self, from: u32, direction: DVec3) -> (u32, f64, f64) {
         match &self.lists.all {
@@ -83,7 +83,8 @@ impl Polytope {
     }
 
     /// On a rough polytope, returns the highest vertex of the faces around vertex `here` and its
-    /// height; `None` if it is not above `height`. No neighbour of `here` may be above `height`.
+    /// height. `None` if this vertex is not above `height`. No neighbour of `here` may be above
+    /// `height`.
     #[inline]
     fn over_missing_edge(&self, here: u32, height: f64, direction: DVec3) -> Option<(u32, f64)> {
         if self.rough { self.highest_around(here, height, direction) } else { None }

@@ -4,18 +4,18 @@
 //!   vertices without branches.
 //! * A larger polytope stores a map of the sphere of directions (an octahedral map on a square)
 //!   with about one cell per vertex. Each cell stores the support vertex of its middle direction. A
-//!   climb from that vertex visits one or two rings, for any number of vertices.
+//!   climb from this vertex visits one or two rings, for any number of vertices.
 
 use glam::DVec3;
 
-/// Up to this number of vertices, all are tested. Measured: at about 30 vertices, a climb from a
-/// cell takes the same time.
+/// If a polytope has at most this number of vertices, all are tested. In measurements, this test
+/// and a climb from a cell take equally long at about 30 vertices.
 const SCAN_BELOW: usize = 32;
 
 /// The data to start a support query without a hint.
 #[derive(Clone, Debug)]
 pub(in crate::body) enum Directory {
-    /// All vertices in groups of four. The last group is filled up with the first vertex.
+    /// All vertices in groups of four. Copies of the first vertex complete the last group.
     Scan(Box<[Four]>),
     /// The octahedral map of directions.
     Map {
@@ -78,8 +78,8 @@ impl Directory {
         Self::Map { side: side as u32, starts: starts.into_boxed_slice() }
     }
 
-    /// Returns the support vertex along `direction` if the polytope is small; `None` if it has a
-    /// map.
+    /// Returns the support vertex along `direction` if the polytope is small; `None` if the
+    /// polytope has a map.
     #[inline]
     pub(in crate::body) fn scan(&self, direction: DVec3) -> Option<u32> {
         match self {

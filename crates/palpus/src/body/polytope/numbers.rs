@@ -1,7 +1,7 @@
 //! Lists of indices with 16 bits per index, or 32 bits if an index is too large.
 //!
-//! Nearly all polytopes of a body have fewer than a hundred edges, and indices take more than
-//! half of the memory of a polytope. Callers read 32-bit numbers in both cases. All indices of a
+//! Nearly all polytopes of a body have fewer than a hundred edges, and the indices take more than
+//! half of a polytope's memory. Callers read 32-bit numbers for both widths. All indices of a
 //! polytope have the same width.
 
 use std::ops::Range;
@@ -117,8 +117,8 @@ impl<'a> Loop<'a> {
         self.iter().any(|other| other == index)
     }
 
-    /// Returns the triangle fan over the polygon: the triangles between the first vertex and each
-    /// side that does not touch it.
+    /// Returns the triangle fan over the polygon: one triangle from the first vertex to each
+    /// side that does not contain this vertex.
     #[inline]
     pub fn fan(self) -> impl ExactSizeIterator<Item = [u32; 3]> {
         (2..self.len()).map(move |k| [self.at(0), self.at(k - 1), self.at(k)])

@@ -1,7 +1,7 @@
 //! Checks the invariants of a polytope.
 //!
-//! Functions that build polytopes call these checks in debug builds, and tests call them on many
-//! polytopes. The error says which invariant is broken and where.
+//! In debug builds, functions that build polytopes call these checks. Tests call the checks on many
+//! polytopes. The error states the broken invariant and its place.
 
 use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
 use crate::body::{Edge, Polytope, Provenance};
@@ -26,7 +26,7 @@ pub enum Malformed {
         /// Index of the spoke in the ring.
         spoke: u32,
     },
-    /// A loop has too few corners, repeats one, or disagrees with its edges.
+    /// A loop has too few corners, repeats a corner, or disagrees with its edges.
     #[error("the loop of face {0} repeats a vertex, is too short or disagrees with its edges")]
     Loop(u32),
     /// A rim is original, or belongs to a solid.
@@ -66,11 +66,11 @@ pub enum Malformed {
 }
 
 impl Polytope {
-    /// Checks all invariants and returns the first broken one.
+    /// Checks all invariants.
     ///
     /// `coplanar` is the largest allowed distance of a corner from the plane of its face, in model
-    /// units. It should be the merge distance with which the polytope was built. Convexity is
-    /// tested at every edge, which is sufficient for a closed surface.
+    /// units. Pass the merge distance with which the polytope was built. Convexity is tested at
+    /// every edge, which is sufficient for a closed surface.
     ///
     /// # Errors
     /// Returns the first broken invariant.
@@ -79,8 +79,8 @@ impl Polytope {
         self.check_planes(coplanar)
     }
 
-    /// Checks the invariants of [`Self::validate`] that do not depend on rounding: finite numbers
-    /// and correct topology.
+    /// Checks the two invariants that do not depend on rounding: finite numbers and correct
+    /// topology.
     ///
     /// # Errors
     /// Returns the first broken invariant.
@@ -152,8 +152,8 @@ impl Polytope {
                 }
             }
         }
-        // Each edge has two ends, and each ring goes around its vertex once. Therefore there are
-        // two spokes per edge.
+        // Each edge has two ends, and each ring goes around its vertex once. Therefore each edge
+        // has two spokes.
         if spokes == 2 * self.edges().len() { Ok(()) } else { Err(Malformed::Ring { vertex: 0, spoke: 0 }) }
     }
 
@@ -186,7 +186,7 @@ impl Polytope {
                 let [first, second, third] = corners.map(|v| self.vertex(v));
                 (second - first).cross(third - first).dot(plane.normal)
             });
-            // For a face that is as narrow as the rounding errors, the sign is meaningless.
+            // If a face is as narrow as the rounding errors, the sign is meaningless.
             if area.sum::<f64>() < -rounding * self.radius() {
                 return Err(Malformed::Reversed(face));
             }

@@ -11,6 +11,9 @@ use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
 use crate::body::NodeKind;
 
+/// How many pairs that are due are collected at a time.
+const DUE: usize = 64;
+
 /// Result of measuring a pair.
 enum Measured {
     /// At least this distance, not less than the tolerance.
@@ -36,70 +39,103 @@ impl Front {
         let first = self.first_block.min(blocks);
         for (begin, end) in [(first, blocks), (0, first)] {
             let mut block = begin;
-            while let Some(next) = self.wakes.next_block(block, end, self.motion_bound.sum()) {
-                if !self.wake_block(query, next, quota, found, counters) {
-                    self.first_block = next;
+            while block < end {
+                let mut due = [0; DUE];
+                let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
+                let (count, next) = self.wakes.collect(block, end, self.motion_bound.sum(), is_wanted, &mut due);
+                if let Some(late) = self.wake_some(query, &due[..count], quota, found, counters) {
+                    self.first_block = late;
                     return false;
                 }
-                block = next + 1;
+                block = next;
             }
         }
         self.first_block = 0;
         true
     }
 
-    /// Step 2 for what is due in one block.
-    fn wake_block(
+    /// Step 2 for the pairs `due`. Returns the block of the pair at which the quota was spent.
+    fn wake_some(
         &mut self,
         query: &PlacedPair<'_>,
-        block: usize,
+        due: &[u32],
+        quota: &Quota<'_>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) -> Option<usize> {
+        // The places are far apart in memory. This loop has no branches that depend on what it
+        // reads, so the processor waits for several places at a time.
+        let mut gaps = [f64::NEG_INFINITY; DUE];
+        for (gap, &place) in gaps.iter_mut().zip(due) {
+            *gap = if self.is_wanted(query, place) { self.stored_gap(query, place) } else { f64::NEG_INFINITY };
+        }
+        let mut late = None;
+        for (k, (&place, &gap)) in due.iter().zip(&gaps).enumerate() {
+            let block = place as usize / BLOCK;
+            if self.is_wanted(query, place) {
+                counters.woken += 1;
+                late = self.wake(query, place, gap, quota, found, counters).then_some(block);
+            }
+            if late.is_some() || due.get(k + 1).is_none_or(|&next| next as usize / BLOCK != block) {
+                self.wakes.settle(block);
+            }
+            if late.is_some() {
+                break;
+            }
+        }
+        late
+    }
+
+    /// Step 2 for one pair, whose stored bound is `gap`, and for the halves into which it is split.
+    /// Returns true if the quota is spent.
+    fn wake(
+        &mut self,
+        query: &PlacedPair<'_>,
+        place: u32,
+        gap: f64,
         quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) -> bool {
-        let mut due = [0; BLOCK];
-        let count = self.wakes.open(block, self.motion_bound.sum(), &mut due);
-        let mut late = false;
-        for &place in &due[..count] {
-            self.stack.push(place);
-            counters.woken += u32::from(self.is_wanted(query, place));
-            while let Some(place) = self.stack.pop() {
-                if !self.is_wanted(query, place) {
-                    continue;
-                }
-                let before = counters.work();
-                self.look(query, place, found, counters);
-                quota.spend(counters.work() - before);
-                late = quota.is_spent();
-                if late {
-                    break;
-                }
+        let before = counters.work();
+        self.look(query, place, gap, found, counters);
+        quota.spend(counters.work() - before);
+        let mut late = quota.is_spent();
+        while !late && let Some(half) = self.stack.pop() {
+            if !self.is_wanted(query, half) {
+                continue;
             }
-            if late {
-                break;
-            }
+            let before = counters.work();
+            self.look(query, half, f64::NEG_INFINITY, found, counters);
+            quota.spend(counters.work() - before);
+            late = quota.is_spent();
         }
         // The pairs left on the stack keep the wake time of the pair that they were split from.
         self.stack.clear();
-        if count > 0 {
-            self.wakes.settle(block);
-        }
-        !late
+        late
     }
 
-    /// Measures a pair and puts it where it belongs; its halves go onto the stack.
-    fn look(&mut self, query: &PlacedPair<'_>, place: u32, found: &mut LeafPairs, counters: &mut TraversalCounters) {
-        if self.pairs[place as usize].state == State::Represented && self.is_represented_still(query, place, counters) {
-            return;
-        }
-        if self.pairs[place as usize].known {
-            let gap = self.least_gap(query, place);
-            if gap > query.tolerance {
-                counters.bounded_by_point += 1;
-                self.sleep(query, place, gap);
-                self.merge(query, place, counters);
-                return;
+    /// Measures a pair whose stored bound is `gap`, and puts it where it belongs; its halves go onto
+    /// the stack.
+    fn look(
+        &mut self,
+        query: &PlacedPair<'_>,
+        place: u32,
+        mut gap: f64,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) {
+        if self.pairs[place as usize].state == State::Represented {
+            match self.no_longer_represented(query, place, gap, counters) {
+                Some(bound) => gap = bound,
+                None => return,
             }
+        }
+        if gap > query.tolerance {
+            counters.bounded_by_point += 1;
+            self.sleep(query, place, gap);
+            self.merge(query, place, counters);
+            return;
         }
         match self.measure(query, place, counters) {
             Measured::Apart(distance) => {
@@ -180,7 +216,7 @@ impl Front {
         let wake = self.wakes.get(place);
         let parent = place;
         for (half, place) in halves.into_iter().zip([first, first + 1]) {
-            self.pairs[place as usize] = Pair::of(half[0], half[1], parent);
+            self.occupy(place, half, parent);
             // The halves keep the wake time of the whole.
             self.wakes.set(place, wake);
             self.stack.push(place);

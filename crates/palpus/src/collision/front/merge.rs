@@ -9,26 +9,25 @@ impl Front {
     /// Step 4: merges the pair with its other half, and repeats this for the merged pair, while
     /// both halves sleep long and the merged pair is far enough apart.
     pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
-        let long = MERGE_CLEARANCE * query.tolerance;
-        loop {
+        let (long, until) = (MERGE_CLEARANCE * query.tolerance, self.merged_from);
+        while self.wakes.get(place) >= until && self.sleeps_until(place ^ 1, until) {
             let parent = self.pairs[place as usize].parent;
-            let until = self.motion_bound.due(long);
-            if parent == NONE || self.wakes.get(place) < until || !self.sleeps_until(place ^ 1, until) {
+            if parent == NONE {
                 return;
             }
-            let Pair { a, b, retry, .. } = self.pairs[parent as usize];
-            if retry > self.motion_bound.sum() {
+            let first = place & !1;
+            if self.pairs[first as usize].retry > self.motion_bound.sum() {
                 return;
             }
+            let Pair { a, b, .. } = self.pairs[parent as usize];
             counters.node_pairs += 1;
             let enough = query.tolerance + long;
             let gap = query.bound([a, b], enough);
             if gap <= enough {
-                self.pairs[parent as usize].retry = self.motion_bound.due((enough - gap).max(MERGE_RETRY * long));
+                self.pairs[first as usize].retry = self.motion_bound.due((enough - gap).max(MERGE_RETRY * long));
                 return;
             }
             counters.merged += 1;
-            let first = place & !1;
             self.wakes.set(first, NEVER);
             self.wakes.set(first + 1, NEVER);
             self.free.push(first);

@@ -10,7 +10,8 @@ pub(super) struct Pair {
     pub(super) state: State,
     /// True if the pair has memory.
     pub(super) known: bool,
-    /// The motion bound's sum before which the pair is not merged back.
+    /// If this is the first half of a pair: the motion bound's sum before which the halves are not
+    /// merged.
     pub(super) retry: u64,
 }
 

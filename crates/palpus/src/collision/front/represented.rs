@@ -53,39 +53,42 @@ impl Front {
         self.wait(place, separation);
     }
 
-    /// Returns true if the represented pair at `place`, which is due, stays represented. Otherwise
-    /// it becomes an ordinary pair.
-    pub(super) fn is_represented_still(
+    /// Bounds the represented pair at `place`, which is due. `gap` (model units) is its stored
+    /// bound. Returns `None` if the pair stays represented. Otherwise it becomes an ordinary pair,
+    /// and its present bound is returned.
+    pub(super) fn no_longer_represented(
         &mut self,
         query: &PlacedPair<'_>,
         place: u32,
+        mut gap: f64,
         counters: &mut TraversalCounters,
-    ) -> bool {
+    ) -> Option<f64> {
         let rest = self.rests[place as usize];
         let Pair { a, b, .. } = self.pairs[place as usize];
         let memory = &self.memories[place as usize];
         if memory.normal != DVec3::ZERO && self.motion_bound.since(rest.since) < f64::from(rest.length) {
-            let gap = self.least_gap(query, place);
-            if gap >= f64::from(rest.least) && gap < query.tolerance {
+            let holds = |gap: f64| gap >= f64::from(rest.least) && gap < query.tolerance;
+            if holds(gap) {
                 counters.bounded_by_point += 1;
                 self.wait(place, gap);
-                return true;
+                return None;
             }
             counters.bounded_by_supports += 1;
             let memory = &mut self.memories[place as usize];
             let (hull_a, hull_b) = query.polytopes([a, b]);
-            let (gap, hub) = support_gap(hull_a, hull_b, query.pose_ba, memory.normal, memory.hub);
+            let (along, hub) = support_gap(hull_a, hull_b, query.pose_ba, memory.normal, memory.hub);
             memory.hub = hub;
             let normal = memory.normal;
-            self.store_gap(query, place, normal, gap);
-            if gap >= f64::from(rest.least) && gap < query.tolerance {
-                self.wait(place, gap);
-                return true;
+            self.store_gap(query, place, normal, along);
+            if holds(along) {
+                self.wait(place, along);
+                return None;
             }
+            gap = along;
         }
         self.represented -= 1;
         self.pairs[place as usize].state = State::Asleep;
-        false
+        Some(gap)
     }
 
     /// Sets when the pair is due again. The nearer it is to its bound, the sooner it is due.

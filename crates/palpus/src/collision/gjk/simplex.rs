@@ -1,4 +1,4 @@
-//! The simplex of corners that GJK carries, and the point of it that is nearest to the origin.
+//! The simplex of corners of GJK, and its point nearest to the origin.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::MARCH_NOISE;
 use crate::body::Polytope;
 
-/// A point of the CSO: the difference of two vertices, all in b's frame.
+/// A point of the CSO: the difference of two vertices, in b's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
     pub(super) a: u32,
@@ -24,13 +24,14 @@ impl Corner {
 
 /// Result of adding a corner.
 pub(super) enum Reduction {
-    /// The simplex was reduced to the corners that carry its nearest point.
+    /// The simplex was reduced to the corners with a positive weight in its nearest point.
     Nearest,
-    /// Four corners enclose the origin; the outward normal of the nearest of the four triangles.
+    /// Four corners enclose the origin. The value is the outward normal of the nearest of the four
+    /// triangles.
     Encloses(DVec3),
 }
 
-/// Up to four corners and the weights of the point of their hull that is nearest to the origin.
+/// Up to four corners, and their weights in the point of their hull nearest to the origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Simplex {
     pub(super) corners: [Corner; 4],
@@ -48,10 +49,10 @@ impl Simplex {
         self.weighted(|c| c.difference)
     }
 
-    /// Unit, from the origin to the nearest point.
+    /// Returns the unit vector from the origin to the nearest point.
     ///
-    /// For a triangle it is computed from the plane, and for a segment it is made perpendicular to
-    /// the segment. So it is free of the rounding of a nearest point that is close to the origin.
+    /// For a triangle, it is computed from the plane, and for a segment it is made perpendicular to
+    /// the segment. So it does not depend on the rounding of a nearest point close to the origin.
     pub(super) fn normal(&self) -> DVec3 {
         let nearest = self.nearest();
         let p = self.corners[0].difference;
@@ -59,8 +60,8 @@ impl Simplex {
         if self.count == 3 {
             let e = self.corners[2].difference - p;
             let cross = d.cross(e);
-            // A cross product is known to an ulp over the sine of its angle, the nearest point to
-            // ulps of the reach.
+            // The relative error of a cross product is an ulp over the sine of its angle. The
+            // error of the nearest point is a few ulps of the coordinates.
             let sine_reach = cross.length() * self.noise / MARCH_NOISE;
             if sine_reach * sine_reach > nearest.length_squared() * (d.length_squared() * e.length_squared()) {
                 return cross.normalize() * cross.dot(nearest).signum();
@@ -125,7 +126,7 @@ impl Simplex {
         let d = q - p;
         let length_squared = d.length_squared();
         let t = -p.dot(d) / length_squared;
-        // The ends are candidates of their own.
+        // The ends are separate candidates.
         (t > 0.0 && t < 1.0).then(|| {
             let mut weights = [0.0; 4];
             (weights[i], weights[j]) = (1.0 - t, t);
@@ -133,10 +134,11 @@ impl Simplex {
         })
     }
 
-    /// The origin's projection onto the plane of three corners, when it falls into their triangle.
+    /// Returns the weights of the origin's projection onto the plane of three corners, if it lies
+    /// in their triangle.
     ///
-    /// Solved by orthogonalising one side against the other, then once more for the remainder: a
-    /// sliver's Gram determinant would cancel, the remainder does not.
+    /// The system is solved by orthogonalising one side against the other, and once more for the
+    /// remainder. The Gram determinant of a sliver would lose all digits.
     fn in_triangle(&self, i: usize, j: usize, k: usize) -> Option<[f64; 4]> {
         let p = self.corners[i].difference;
         let (d, e) = (self.corners[j].difference - p, self.corners[k].difference - p);
@@ -163,8 +165,8 @@ impl Simplex {
         })
     }
 
-    /// When four corners enclose the origin: the outward normal (not unit) of the triangle nearest
-    /// to it.
+    /// If four corners enclose the origin, returns the outward normal (not unit) of the triangle
+    /// nearest to the origin.
     fn enclosing(&self) -> Option<DVec3> {
         let mut nearest = f64::INFINITY;
         let mut outward = DVec3::ZERO;
@@ -175,8 +177,8 @@ impl Simplex {
             let length = normal.length();
             let apex_height = normal.dot(self.corners[apex].difference - p);
             let height = -normal.dot(p) * apex_height.signum();
-            // A tetrahedron flatter than the rounding of its normals has no interior; its triangles
-            // are used then.
+            // A tetrahedron flatter than the rounding of its normals has no interior; then only its
+            // triangles are used.
             let rounding = self.noise * (d.length_squared() * e.length_squared()).sqrt();
             if apex_height.abs() <= rounding || height < rounding {
                 return None;

@@ -1,10 +1,10 @@
 //! Invariants of every result of the march, for any start.
 //!
-//! 1. The normal is unit, and point a is point b plus the distance along the normal.
+//! 1. The normal is unit, and point a is point b plus the distance times the normal.
 //! 2. Each point lies on its feature.
 //! 3. The planes through the points, perpendicular to the normal, separate the bodies: no vertex of
-//!    either body reaches farther, except for the rounding that the march accepts. The fallback,
-//!    which may stop short of the closest points, still proves the bodies apart.
+//!    a body reaches past its plane by more than the rounding that the march accepts. The fallback
+//!    may stop before the closest points, but still proves the bodies apart.
 
 use glam::DVec3;
 
@@ -16,18 +16,19 @@ use crate::algebra::{Placement, closest_on_segment};
 use crate::body::Feature::{self, Edge, Face, Vertex};
 use crate::body::Polytope;
 
-/// A defect of an answer of the march.
+/// A defect of a result of the march.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(super) enum MarchFault {
-    /// The normal is not unit, or the points are not the distance apart along it.
-    #[error("the points are not the distance apart along the normal: off by {0:e}")]
+    /// The normal is not unit, or the difference of the points is not the distance times the
+    /// normal.
+    #[error("the difference of the points is not distance times normal: off by {0:e}")]
     Points(f64),
     /// A point is not on its feature.
-    #[error("the point on {body} is {distance:e} off its feature")]
+    #[error("the point on {body} is {distance:e} away from its feature")]
     OffFeature {
         /// a or b.
         body: &'static str,
-        /// Model units.
+        /// Distance of the point from its feature, model units.
         distance: f64,
     },
     /// The bodies reach past the points along the normal.
@@ -41,8 +42,8 @@ pub(super) enum MarchFault {
 }
 
 impl March {
-    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the distance,
-    /// so that the choice is the same in every run.
+    /// Returns true for one result of every [`VALIDATED_ANSWERS`]. The last digits of the distance
+    /// decide, so every run checks the same results.
     pub(super) fn is_sampled(&self) -> bool {
         match self.proximity {
             Proximity::Disjoint(Closest { distance, .. }) => {
@@ -52,7 +53,7 @@ impl March {
         }
     }
 
-    /// Returns the first defect of the answer; an overlap needs no check.
+    /// Returns the first defect of the result; an overlap needs no check.
     pub(super) fn validate(&self, a: &Polytope, b: &Polytope, pose_ba: &Placement) -> Result<(), MarchFault> {
         let Proximity::Disjoint(closest) = self.proximity else { return Ok(()) };
         let Closest { point_a, point_b, normal, distance, features } = closest;
@@ -62,8 +63,8 @@ impl March {
         if off.is_nan() || off > 2.0 * scale.noise + WELL_FORMED_ROUNDING * distance {
             return Err(MarchFault::Points(off));
         }
-        // Merged faces are flat within their bulge. For nearly parallel features, rounding decides
-        // where the points are.
+        // Merged faces are flat within their bulge. For nearly parallel features, rounding
+        // decides where the points are.
         let allowed = scale.noise + COPLANAR * scale.size + a.bulge() + b.bulge();
         let on_a = (a, features.a, pose_ab.point(point_a), "a");
         for (polytope, feature, point, body) in [on_a, (b, features.b, point_b, "b")] {
@@ -84,11 +85,11 @@ impl March {
     }
 }
 
-/// About how far a point is from a feature: for a face, off its plane or above those of its
-/// neighbours.
+/// Returns the approximate distance of a point from a feature. For a face, this is the height off
+/// its plane, or above the planes of its neighbours.
 ///
-/// Above, and not beyond the edge: where a merged face bends by its bulge and a neighbour is nearly
-/// as flat, their edge is not where their planes meet, by far more than the bulge.
+/// A test against the edges of the face would be wrong. If a merged face bends and its neighbour is
+/// nearly coplanar, their common edge is far from the intersection of their planes.
 fn from_feature(polytope: &Polytope, feature: Feature, point: DVec3) -> f64 {
     match feature {
         Vertex(v) => polytope.vertex(v).distance(point),
@@ -147,7 +148,7 @@ mod tests {
             let across = closest.normal.any_orthonormal_vector() * 0.5 * closest.distance;
             let beside = Closest { point_a: closest.point_a + across, point_b: closest.point_b + across, ..closest };
             assert!(matches!(fault(beside), MarchFault::OffFeature { .. }), "{what}");
-            // The farthest pair of vertices is a pair of points on features, and separates nothing.
+            // The farthest pair of vertices lies on features, but does not separate the bodies.
             let far = |body: &Polytope, along: DVec3| body.vertex(body.support(along));
             let point_a = pose_ba.point(far(&a, pose_ba.inverse().vector(closest.normal)));
             let (v, w) = (a.support(pose_ba.inverse().vector(closest.normal)), b.support(-closest.normal));
@@ -166,11 +167,11 @@ mod tests {
     }
 
     #[test]
-    fn a_point_on_a_bent_merged_face_is_on_it() {
+    fn point_on_a_bent_merged_face_is_accepted() {
         let mut random = Random::new(SEED);
         let tip = ball(&mut random);
         for case in 0..2000 {
-            // Nearly flat, with faces that are merged although they bend.
+            // A nearly flat cap, with merged faces that are slightly bent.
             let mut cap: Vec<DVec3> = (0..40)
                 .map(|_| DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), 0.0))
                 .map(|at| DVec3 { z: -0.02 * at.length_squared(), ..at })

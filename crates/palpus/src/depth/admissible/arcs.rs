@@ -1,5 +1,5 @@
-//! Steps 2 and 3 of the search for arcs: selects arcs of admissible normals, and crosses the arcs
-//! of a with the arcs of b.
+//! Steps 2 and 3 of the search, for arcs: selects arcs of admissible normals, and crosses the
+//! arcs of body a with the arcs of b.
 
 use glam::DVec3;
 
@@ -11,11 +11,11 @@ use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, PARALLEL_EDGES};
 use crate::body::{Feature, FeaturePair, OwnArc, OwnNormals};
 use crate::collision::StopReason;
 
-/// An arc of admissible normals, in b's frame. An arc of a belongs to the reflected body −a.
+/// An arc of admissible normals, in b's frame. An arc of body a belongs to the reflected body −a.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     edge: u32,
-    /// The tail of the edge, a point of the body (not reflected).
+    /// The tail of the edge: a point of the body itself, not of its reflection.
     tail: DVec3,
     /// Vector from the tail to the head of the edge.
     along: DVec3,
@@ -31,7 +31,7 @@ impl Arc {
         Self { edge: arc.edge, tail, along: head - tail, left, right }
     }
 
-    /// Returns the same arc of the reflected a, in b's frame.
+    /// Returns this arc of body a as an arc of the reflected a, in b's frame.
     pub(super) fn reflected(self, pose_ba: &Placement) -> Self {
         let [along, left, right] = [self.along, self.left, self.right].map(|v| -pose_ba.vector(v));
         Self { edge: self.edge, tail: pose_ba.point(self.tail), along, left, right }
@@ -39,14 +39,14 @@ impl Arc {
 }
 
 /// Returns true if the other body's vertex at `point` (in the piece's frame) lies less than `bar`
-/// below the plane at an end of the arc. If not, h is at least `bar` everywhere on the arc.
+/// below the plane at an end of the arc. If false, h is at least `bar` everywhere on the arc.
 #[inline]
 fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
     -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar
 }
 
 impl Search<'_> {
-    /// Tries every crossing of an arc of a with an arc of b.
+    /// Tries every crossing of an arc of body a with an arc of b.
     pub(super) fn arcs(&mut self, scratch: &mut AdmissibleScratch) {
         let AdmissibleScratch { arcs_a, arcs_b } = scratch;
         arcs_b.clear();

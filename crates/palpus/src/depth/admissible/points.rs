@@ -12,7 +12,7 @@ use crate::algebra::tolerance::FLUSH_WITNESS;
 use crate::body::{Feature, Polytope};
 
 impl Search<'_> {
-    /// Returns the nearest points of the two features themselves (on a, on b), in b's frame.
+    /// Returns the nearest points of the two features (on a, on b), in b's frame.
     pub(super) fn facing(&self, found: &Found, depth: f64, clip: &mut Clip) -> (DVec3, DVec3) {
         let Found { normal, features, hub } = *found;
         let antipodal = match (features.a, features.b) {
@@ -31,7 +31,7 @@ impl Search<'_> {
                 let point_a = nearest_of(ends, self.cso.b.vertex(hub.b));
                 return (point_a, point_a + normal * depth);
             }
-            // A facet of the CSO has no other pairs of features.
+            // A facet of the CSO has no other pair of features.
             _ => Antipodal::VertexFace { a: hub.a, b: 0 },
         };
         let corner = Corner { normal, offset: depth, antipodal, hub };
@@ -39,8 +39,8 @@ impl Search<'_> {
     }
 
     /// Returns the witness points (on a, on b) in b's frame. If the vertex lies beside the feature
-    /// with the admissible normal, it faces a neighbouring piece. Then the witness stays at the
-    /// vertex, so the contacts of both pieces coincide.
+    /// with the admissible normal, the vertex faces a neighbouring piece. The witness then stays at
+    /// the vertex, so the contacts of both pieces coincide.
     pub(super) fn witness(&self, found: &Found, depth: f64, facing: (DVec3, DVec3)) -> (DVec3, DVec3) {
         let Found { normal, features, hub } = *found;
         match (features.a, features.b) {

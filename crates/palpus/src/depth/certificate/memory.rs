@@ -7,15 +7,16 @@ use super::super::inner::{Joint, Surface};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{KEPT_CORNERS, KEPT_TRIANGLES, PROOF_GATHERED};
 
-/// State of the proofs of one pair of polytopes from tick to tick. It is valid for that pair only,
-/// at any pose. It saves the most time if the next pose is near the previous one.
+/// State of the proofs of one pair of polytopes from tick to tick. The memory is valid only for
+/// this pair, but at any pose. The memory saves most time if the next pose is near the previous
+/// pose.
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     pub(super) hubs: Vec<HubPair>,
     pub(super) triangles: Vec<Joint>,
     /// For each triangle, its distance from the origin at its last measurement, plus the value of
     /// `moved` at that time.
-    pub(super) awake_at: Vec<f64>,
+    pub(super) safe_until: Vec<f64>,
     /// Upper bound of the motion of any point since the whole surface was measured.
     pub(super) moved: f64,
     /// The pose of the previous tick.
@@ -28,12 +29,12 @@ pub struct CertificateMemory {
 
 impl CertificateMemory {
     /// Creates an empty memory, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB).
-    /// A larger surface is not kept; then the next proof starts from a tetrahedron.
+    /// A larger surface is not kept, and the next proof starts from a tetrahedron.
     pub fn new() -> Self {
         Self {
             hubs: Vec::with_capacity(KEPT_CORNERS),
             triangles: Vec::with_capacity(KEPT_TRIANGLES),
-            awake_at: Vec::with_capacity(KEPT_TRIANGLES),
+            safe_until: Vec::with_capacity(KEPT_TRIANGLES),
             moved: 0.0,
             pose_ba: Placement::IDENTITY,
             pair: [0.0; 4],
@@ -45,7 +46,7 @@ impl CertificateMemory {
     pub fn clear(&mut self) {
         self.hubs.clear();
         self.triangles.clear();
-        self.awake_at.clear();
+        self.safe_until.clear();
     }
 
     /// Returns true if the memory contains a surface of these two polytopes.
@@ -57,8 +58,7 @@ impl CertificateMemory {
     pub(super) fn advance(&mut self, cso: &Cso<'_>) {
         let (from, to) = (&self.pose_ba, cso.pose_ba);
         let centre = cso.a.centroid();
-        // The distance that a point at unit distance from the axis moves (twice the sine of half
-        // the angle).
+        // The motion of a point at unit distance from the axis: twice the sine of half the angle.
         let turn = (0..3).map(|k| (to.rotation.col(k) - from.rotation.col(k)).length_squared()).sum::<f64>() * 0.5;
         self.moved += to.point(centre).distance(from.point(centre)) + turn.sqrt() * cso.a.radius();
         self.pose_ba = *to;
@@ -80,7 +80,7 @@ impl CertificateMemory {
         self.hubs.extend(surface.tips().iter().map(|tip| tip.hub));
         self.triangles.extend_from_slice(surface.joints());
         let finite = |&offset: &f64| if offset < f64::INFINITY { offset } else { bar };
-        self.awake_at.extend(surface.offsets().iter().map(finite));
+        self.safe_until.extend(surface.offsets().iter().map(finite));
     }
 }
 

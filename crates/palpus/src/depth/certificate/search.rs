@@ -15,13 +15,14 @@ use crate::algebra::tolerance::{
 };
 use crate::collision::StopReason;
 
-/// What a proof was based on.
+/// The basis of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ground {
     /// The pair touches.
     Touching,
-    /// A surface of an earlier tick. Only the triangles that may have come too near were measured.
-    Asleep,
+    /// A surface of an earlier tick. Only the triangles that may be too near to the origin were
+    /// measured.
+    PartlyMeasured,
     /// A surface of an earlier tick. The whole surface was measured and repaired.
     Kept,
     /// A surface grown from a tetrahedron.
@@ -30,17 +31,17 @@ enum Ground {
 
 pub(in super::super) struct Search<'s, 'p> {
     cso: &'s Cso<'p>,
-    /// The direction of the least h found so far.
+    /// The direction with the least h found so far.
     best: Start,
     /// The answer along `best`. `None` if `best` was found after the last answer.
     answer: Option<Depth>,
-    /// Corners of the triangle nearest to the origin, which lies in the facet along `best` or in
-    /// one at the same distance.
+    /// Corners of the triangle nearest to the origin. The triangle lies in the facet along `best`,
+    /// or in another facet at the same distance.
     facet: Option<[HubPair; 3]>,
     /// Number of steps of all walks together.
     steps: u32,
-    /// Part of the tolerance: heights that differ from the depth by less than this count as equal
-    /// to it. The other part is [`PROOF_RELATIVE`] of the depth.
+    /// The first part of the tolerance: the rounding. The second part is [`PROOF_RELATIVE`] times
+    /// the depth.
     rounding: f64,
     pub(in super::super) growths: u32,
     surface: &'s mut Surface,
@@ -56,7 +57,8 @@ impl<'s, 'p> Search<'s, 'p> {
         clip: &'s mut Clip,
     ) -> Self {
         let Cso { a, b, pose_ba } = *cso;
-        // Rounding is relative to the coordinates whose differences are the points of the CSO.
+        // Points of the CSO are differences of coordinates, and the rounding is relative to these
+        // coordinates.
         let coordinates =
             cso.size() + pose_ba.point(a.centroid()).length() + a.centroid().length() + b.centroid().length();
         let steps = answer.map_or(0, |answer| answer.steps);
@@ -96,8 +98,9 @@ impl<'s, 'p> Search<'s, 'p> {
         }
     }
 
-    /// Finds the depth from nothing, in a bounded number of growths. Returns the proven answer. If
-    /// the growths do not suffice, returns the answer along the best direction found.
+    /// Finds the depth without an earlier answer, in a bounded number of growth steps. Returns the
+    /// proven answer. If the steps do not suffice, returns the answer along the best direction
+    /// found.
     pub(in super::super) fn run_anew(&mut self) -> Depth {
         let outcome = self.cold(PROOF_BLIND);
         let answer = if outcome.is_ok() { self.proven() } else { self.answer() };
@@ -108,7 +111,7 @@ impl<'s, 'p> Search<'s, 'p> {
         Depth { certainty: Certainty::GloballyOptimal, stop: StopReason::Converged, ..self.answer() }
     }
 
-    /// Proves from the surface in the memory.
+    /// Searches for a proof that starts from the surface in the memory.
     fn warm(&mut self, memory: &mut CertificateMemory) -> Result<Ground, StopReason> {
         if self.touches()? {
             return Ok(Ground::Touching);
@@ -117,8 +120,8 @@ impl<'s, 'p> Search<'s, 'p> {
             return Err(StopReason::Stalled);
         }
         memory.advance(self.cso);
-        if self.sleeps(memory) {
-            return Ok(Ground::Asleep);
+        if self.is_still_proven(memory) {
+            return Ok(Ground::PartlyMeasured);
         }
         self.surface.clear(self.slack(), true);
         memory.hubs.iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
@@ -127,17 +130,17 @@ impl<'s, 'p> Search<'s, 'p> {
         Ok(Ground::Kept)
     }
 
-    /// Measures the triangles of the kept surface that may have come too near. Returns true if none
-    /// of them has.
-    fn sleeps(&self, memory: &mut CertificateMemory) -> bool {
+    /// Measures the triangles of the kept surface that may be too near to the origin. Returns true
+    /// if no triangle is too near.
+    fn is_still_proven(&self, memory: &mut CertificateMemory) -> bool {
         let bar = self.bar();
-        let CertificateMemory { hubs, triangles, awake_at, moved, .. } = memory;
+        let CertificateMemory { hubs, triangles, safe_until, moved, .. } = memory;
         if *moved * f64::EPSILON > self.slack() {
-            // The sum has become too coarse. A new measurement starts it again at zero.
+            // The rounding of the sum is too large. A new measurement resets the sum to zero.
             return false;
         }
-        for (awake_at, Joint { tips, .. }) in awake_at.iter_mut().zip(triangles) {
-            let distance = *awake_at - *moved;
+        for (safe_until, Joint { tips, .. }) in safe_until.iter_mut().zip(triangles) {
+            let distance = *safe_until - *moved;
             if distance >= bar {
                 continue;
             }
@@ -148,46 +151,48 @@ impl<'s, 'p> Search<'s, 'p> {
             if offset < bar {
                 return false;
             }
-            *awake_at = *moved + if offset.is_finite() { offset } else { bar };
+            *safe_until = *moved + if offset.is_finite() { offset } else { bar };
         }
         true
     }
 
-    /// A triangle at least this far from the origin needs no growth.
+    /// Returns the distance from the origin at which a triangle needs no growth.
     #[inline]
     fn bar(&self) -> f64 {
         self.best.offset - self.tolerance()
     }
 
-    /// Heights that differ from the depth by less than this count as equal to it.
+    /// Returns the tolerance. A height that differs from the depth by less than this counts as
+    /// equal to the depth.
     #[inline]
     fn tolerance(&self) -> f64 {
         PROOF_RELATIVE * self.best.offset.max(0.0) + self.rounding
     }
 
-    /// Heights below this are rounding. It is a quarter of the tolerance if the answer is known,
-    /// else a quarter of the rounding.
+    /// Returns the limit below which a height counts as rounding. It is a quarter of the tolerance
+    /// if the answer is known, else a quarter of the rounding.
     fn slack(&self) -> f64 {
         0.25 * if self.answer.is_some() { self.tolerance() } else { self.rounding }
     }
 
-    /// Replaces the best direction by the end of a walk from it. With the exact depth, fewer
-    /// triangles are near enough to grow. Then triangles of nearly flush features, where rounding
-    /// may tear the surface, usually do not grow.
+    /// Walks from the best direction, and replaces the best direction by the direction at the
+    /// end of the walk. With the exact depth, fewer triangles are near enough to grow. In
+    /// particular, triangles of nearly flush features usually do not grow. Rounding may tear the
+    /// surface at these triangles.
     fn adopt_walk_end(&mut self) {
         let Depth { hub, normal, depth, .. } = self.answer();
         self.best = Start { hub, normal, offset: depth };
     }
 
-    /// Proves from a tetrahedron, in at most `most` growths.
+    /// Searches for a proof that starts from a tetrahedron, in at most `most` growth steps.
     fn cold(&mut self, most: u32) -> Result<Ground, StopReason> {
         if self.touches()? {
             return Ok(Ground::Touching);
         }
         self.surface.clear(self.slack(), false);
         if !self.begin()? {
-            // The CSO has no volume. Then h is zero within rounding along some direction, and the
-            // search has found that direction.
+            // The CSO has no volume. So h is zero within rounding along some direction, and the
+            // search has found this direction.
             return if self.touches()? { Ok(Ground::Touching) } else { Err(StopReason::Stalled) };
         }
         self.grow(most)?;
@@ -214,9 +219,9 @@ impl<'s, 'p> Search<'s, 'p> {
         Ok(self.surface.close_tetrahedron())
     }
 
-    /// Returns the support along ± `direction`, on the side of `from` where the origin is. If that
-    /// support coincides with `from`, returns the support on the other side. Returns `known` if
-    /// `direction` is zero.
+    /// Returns the support along `direction` or its opposite, on the origin's side of `from`. If
+    /// this support is nearly level with `from`, returns the farther of the two supports. Returns
+    /// `known` if `direction` is zero.
     fn support_off(&mut self, known: HubPair, from: DVec3, direction: DVec3) -> HubPair {
         let Some(normal) = direction.try_normalize() else { return known };
         let normal = if normal.dot(from) <= 0.0 { normal } else { -normal };
@@ -229,8 +234,8 @@ impl<'s, 'p> Search<'s, 'p> {
         if one >= other { toward } else { away }
     }
 
-    /// Returns the support along `normal`. Stores the direction as the best one if its h is the
-    /// least so far.
+    /// Returns the support along `normal`. Stores the direction as the best direction if its h is
+    /// the least so far.
     #[inline]
     fn support(&mut self, normal: DVec3) -> HubPair {
         let (hub, offset) = self.cso.support_anew(normal);
@@ -243,12 +248,12 @@ impl<'s, 'p> Search<'s, 'p> {
         hub
     }
 
-    /// Returns the answer along the best direction, or at the end of a walk from there if that is
-    /// lower.
+    /// Returns the answer along the best direction. If a walk from this direction ends lower,
+    /// returns the answer at the end of the walk.
     ///
-    /// If features are parallel within rounding, the walk distinguishes corners less finely than
-    /// the proof. It may then end slightly above its start. In that case the answer has the best
-    /// direction.
+    /// If features are parallel within rounding, the walk may end slightly above its start, because
+    /// its tolerance for corners is larger than the tolerance of the proof. In this case the answer
+    /// has the best direction.
     fn answer(&mut self) -> Depth {
         if let Some(answer) = self.answer {
             return answer;
@@ -271,8 +276,8 @@ impl<'s, 'p> Search<'s, 'p> {
         answer
     }
 
-    /// Returns the facet along the best direction if it is known. Otherwise walks from a facet
-    /// beside it.
+    /// Returns the facet along the best direction if the facet is known. Otherwise walks from a
+    /// facet beside the hub pair.
     fn walk_to_answer(&self) -> Option<Walked> {
         let known = self.facet.and_then(|hubs| Antipodal::spanned(self.cso.a, self.cso.b, hubs));
         let highest = self.best.offset + self.tolerance();

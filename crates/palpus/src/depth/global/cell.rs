@@ -1,22 +1,22 @@
 //! A convex cell inside a solid, grown around a seed point.
 //!
-//! 1. Visit the triangles of the surface in the triangle tree, from the nearest to the farthest
+//! 1. Visit the triangles of the surface in the triangle tree, in ascending order of their distance
 //!    from the seed.
-//! 2. Skip a triangle that lies beyond a plane found so far. Also skip a box of triangles that lies
-//!    beyond such a plane.
-//! 3. Every other triangle adds a plane that excludes it. This is the triangle's own plane if the
-//!    cell then stays large and contains the wanted point. Otherwise it is the plane through the
-//!    triangle's point nearest to the seed, perpendicular to the line to the seed.
+//! 2. Skip each triangle, and each box of triangles, that lies beyond a plane found so far.
+//! 3. Every other triangle adds a plane that excludes the triangle. If the cell then stays large
+//!    and contains the wanted point, the plane is the triangle's own plane. Otherwise it is the
+//!    plane through the triangle's point nearest to the seed, perpendicular to the line to the
+//!    seed.
 //! 4. The cell is the set of points below all planes. No point of the surface lies in its interior,
 //!    and the seed lies in the solid. So the whole cell lies in the solid.
 //!
-//! The common polytope of the planes is computed as the hull of their dual points. All its corners
-//! are scaled toward the seed until each lies below every plane. So rounding never puts a part of a
-//! cell outside its solid.
+//! The common polytope of the planes is computed as the hull of their dual points. Its corners are
+//! scaled toward the seed until each corner lies below every plane. So rounding never puts a
+//! part of a cell outside its solid.
 //!
-//! After R. Deits and R. Tedrake, *Computing Large Convex Regions of Obstacle-Free Space through
-//! Semidefinite Programming*, 2014. This implementation makes only one round of planes, and uses a
-//! ball in place of their ellipsoids.
+//! The method follows R. Deits and R. Tedrake, *Computing Large Convex Regions of Obstacle-Free
+//! Space through Semidefinite Programming*, 2014. This implementation makes only one round of
+//! planes, and uses a ball in place of the paper's ellipsoids.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -48,7 +48,7 @@ impl Cell {
         p.distance_squared(self.center) <= self.outer * self.outer && self.planes.iter().all(|q| q.height(p) <= 0.0)
     }
 
-    /// Returns a cell that consists of one triangle and has no inside.
+    /// Returns a cell that is a single triangle and has no inside.
     pub(super) fn flat(corners: [DVec3; 3]) -> Self {
         let center = corners.iter().sum::<DVec3>() / 3.0;
         let outer = corners.iter().map(|p| p.distance(center)).fold(0.0, f64::max);
@@ -122,7 +122,7 @@ impl Ord for Visit {
     }
 }
 
-/// Returns the planes of a cell. `None` if there are too many.
+/// Returns the planes of a cell. `None` if the cell needs too many planes.
 fn planes_about(tree: &TriangleTree, seed: DVec3, keep: DVec3, size: f64) -> Option<Vec<Plane>> {
     let slack = CELL_BEYOND * size;
     let mut planes: Vec<Plane> = Vec::new();

@@ -1,19 +1,21 @@
-//! The search that gives the lower bound: a growing surface around the origin that encloses only
+//! The search for the lower bound. The search grows a surface around the origin that encloses only
 //! blocked translations.
 //!
-//! 1. The directions are divided into cones over spherical triangles, twenty at first. Each cone
-//!    stores how far it is blocked along its three corner directions. The tetrahedron of these
-//!    three points and the origin is proven to be blocked.
-//! 2. Take the cone whose triangle comes nearest to the origin. The least of these distances is the
+//! 1. Divide the directions into cones over spherical triangles, twenty at the start. Each cone
+//!    stores how far it is blocked along its three corner directions. The end points of these three
+//!    lengths form the cone's triangle. The tetrahedron of this triangle and the origin is proven
+//!    to be blocked.
+//! 2. Take the cone whose triangle is nearest to the origin. The distance of this triangle is the
 //!    lower bound.
-//! 3. Search for an obstacle that contains all three points. Replace the points by the points where
-//!    the corner directions leave the obstacle. An obstacle is convex, so everything between the
-//!    old triangle and the new one is blocked.
-//! 4. If no obstacle contains all three points, test the point of the triangle nearest to the
-//!    origin. If it is free, the upper bound equals the lower bound and the search ends.
-//! 5. Otherwise cut the cone in two across the longest side of its triangle.
-//! 6. After every few cuts, project the nearest point of a cone to a free translation beside it,
-//!    and slide that translation toward the origin. This improves the upper bound.
+//! 3. Search for an obstacle that contains the triangle's three corners. Replace the corners by the
+//!    points where the corner directions leave the obstacle. An obstacle is convex, so all
+//!    translations between the old and the new triangle are blocked.
+//! 4. If no obstacle contains all three corners, test the point of the triangle nearest to the
+//!    origin. If this translation is free, the upper bound equals the lower bound and the search
+//!    ends.
+//! 5. If it is not free, cut the cone in two across the longest side of its triangle.
+//! 6. After every few cuts, find a free translation beside the nearest point of a cone, and slide
+//!    it toward the origin. This improves the upper bound.
 //!
 //! The search ends if the bounds are close enough or the budget is spent. Both bounds are valid at
 //! any time.
@@ -38,13 +40,13 @@ use crate::algebra::tolerance::{
 struct Cone {
     /// Corner directions, unit.
     along: [DVec3; 3],
-    /// How far the cone is blocked along each corner direction.
+    /// The blocked length along each corner direction.
     reach: [f64; 3],
     /// The point of the triangle that is nearest to the origin, and its distance from the origin.
     foot: DVec3,
     bound: f64,
-    /// Pairs of cells that may block more of the cone. The pairs of the parent cone are used until
-    /// the cone is filtered. `None` means all pairs.
+    /// Pairs of cells that may block more of the cone. `None` means all pairs. Until the list is
+    /// filtered, it is the list of the parent cone.
     candidates: Option<Arc<[Pair]>>,
     filtered: bool,
     /// Obstacles that contained points of the cone, oldest first.
@@ -111,7 +113,7 @@ pub(super) struct Search<'s, 'a> {
     cones: BinaryHeap<Reverse<Cone>>,
     /// The shortest known translation that is verified to be free.
     best: DVec3,
-    /// Obstacles that may contain the origin. Computed when first needed.
+    /// Obstacles that may contain the origin. The list is computed when it is first needed.
     first_tries: Option<Arc<[Key]>>,
     numbered: u64,
     /// True if the search started with the cones of an earlier search.
@@ -122,7 +124,7 @@ impl<'s, 'a> Search<'s, 'a> {
     /// Prepares a search. `free` is a verified free translation.
     ///
     /// The search starts from `leaves`, the final cones of an earlier search at a nearby pose. If
-    /// `leaves` is empty, it starts from the initial cones.
+    /// `leaves` is empty, the search starts from the initial cones.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
         let mut search = Self {
             scene,
@@ -143,7 +145,7 @@ impl<'s, 'a> Search<'s, 'a> {
     /// Returns the lower bound, the shortest free translation, and the final cones.
     pub(super) fn run(mut self) -> (f64, DVec3, Vec<Leaf>) {
         let mut cuts = 0;
-        // The least bound of the cones that cannot be improved.
+        // The least bound of the cones whose bound cannot be raised.
         let mut stuck = f64::INFINITY;
         while let Some(Reverse(mut cone)) = self.cones.pop() {
             let done = cone.bound.min(stuck) >= self.best.length() - self.goal.gap;
@@ -169,8 +171,7 @@ impl<'s, 'a> Search<'s, 'a> {
             let [a, b, c] = cone.corners();
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
             if cone.bound > 0.0 && longest <= CONE_SMALL * self.goal.gap {
-                // An obstacle that contains the foot may still not contain a corner of a small
-                // cone.
+                // An obstacle that contains the foot may not contain all corners of a small cone.
                 for corner in cone.corners() {
                     self.look_at(&mut cone, corner * (1.0 + hair / corner.length()));
                     let hints = cone.hints().to_vec();
@@ -186,7 +187,7 @@ impl<'s, 'a> Search<'s, 'a> {
                     self.cones.push(Reverse(cone));
                     continue;
                 }
-                // This may be a narrow wedge between obstacles. A cut is unlikely to hit the
+                // The cone may be in a narrow wedge between obstacles. A cut is unlikely to hit the
                 // wedge's corner.
                 self.seek_way_out(&cone);
                 stuck = stuck.min(cone.bound);
@@ -250,8 +251,8 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Moves the cone's triangle to the exit of the obstacle that moves it farthest. Returns the
-    /// increase of the bound.
+    /// Moves the cone's triangle to the exit of the obstacle that raises the cone's bound most.
+    /// Returns the increase of the bound.
     fn advance(&mut self, cone: &mut Cone) -> f64 {
         let hints = cone.hints().to_vec();
         let mut gain = self.advance_within(cone, &hints);
@@ -259,8 +260,8 @@ impl<'s, 'a> Search<'s, 'a> {
             return gain;
         }
         if self.warm {
-            // An obstacle that blocked the cone at a nearby pose usually blocks it here too. If
-            // not, it may block a smaller cone.
+            // An obstacle that blocked the cone at a nearby pose usually blocks the cone at this
+            // pose too. Otherwise the obstacle may block a part of the cone.
             let known = self.scene.promising(Candidates::Known, &cone.corners(), CONE_FIRST_TRIES);
             gain += self.advance_within(cone, &known);
             if gain > 0.0 || cone.bound > 0.0 && self.scene.holder(Candidates::Known, cone.foot).is_some() {
@@ -282,7 +283,7 @@ impl<'s, 'a> Search<'s, 'a> {
     /// Returns the obstacles that may contain the cone's triangle, the most promising first.
     fn tries(&mut self, cone: &mut Cone) -> Arc<[Key]> {
         if cone.reach == [0.0; 3] {
-            // All cones begin with the same point, the origin.
+            // At the start, the triangle of every cone is the origin.
             let tries = || self.scene.promising(Candidates::All, &[DVec3::ZERO], CONE_TRIES).into();
             return Arc::clone(self.first_tries.get_or_insert_with(tries));
         }
@@ -290,8 +291,8 @@ impl<'s, 'a> Search<'s, 'a> {
         self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES).into()
     }
 
-    /// Moves the cone's triangle to the exit of the best of these obstacles. Returns the increase
-    /// of the bound.
+    /// Moves the cone's triangle to the exit of the best of the `obstacles`. Returns the
+    /// increase of the bound.
     fn advance_within(&mut self, cone: &mut Cone, obstacles: &[Key]) -> f64 {
         let corners = cone.corners();
         let enough = 1.5 * self.best.length();
@@ -322,8 +323,8 @@ impl<'s, 'a> Search<'s, 'a> {
         gain
     }
 
-    /// Classifies `t`, a point of the cone. `None` if it is longer than `best`. An obstacle that
-    /// contains it becomes a hint.
+    /// Classifies `t`, a point of the cone. `None` if `t` is longer than `best`. If an obstacle
+    /// contains `t`, it becomes a hint.
     fn look_at(&mut self, cone: &mut Cone, t: DVec3) -> Option<Place> {
         if t.length() >= self.best.length() {
             return None;
@@ -338,7 +339,7 @@ impl<'s, 'a> Search<'s, 'a> {
         };
         match place {
             Place::Free if self.scene.verified(t) => self.best = t,
-            // This is a pocket, which does not count as free, or a translation within `hair` of
+            // `t` leads into a pocket, which does not count as free, or is within `hair` of
             // contact.
             Place::Free => {}
             Place::Blocked(k) => cone.add(k),
@@ -360,8 +361,7 @@ impl<'s, 'a> Search<'s, 'a> {
 
     /// Cuts a cone in two across the longest side of its triangle.
     fn cut(&mut self, cone: &Cone) {
-        // Before anything is blocked, the triangle is a point. Then the triangle of the directions
-        // is cut.
+        // At the start, the triangle is a point. Then the triangle of the directions is cut.
         let shape = if cone.bound > 0.0 { cone.corners() } else { cone.along };
         let length = |k: usize| shape[k].distance_squared(shape[(k + 1) % 3]);
         let k = [1, 2].into_iter().fold(0, |best, k| if length(k) > length(best) { k } else { best });
@@ -380,8 +380,8 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Returns the candidates of a cone: pairs of cells whose obstacles reach into the cone beyond
-    /// its triangle.
+    /// Returns the candidates of a cone: pairs of cells whose obstacles may extend into the cone
+    /// beyond its triangle.
     fn candidates(&mut self, cone: &mut Cone) -> Arc<[Pair]> {
         let before = cone.candidates.as_ref();
         if let Some(before) = before.filter(|before| cone.filtered || before.len() < CONE_FILTER) {

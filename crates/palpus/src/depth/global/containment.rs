@@ -1,22 +1,23 @@
-//! Containment: tells which body lies completely in the other.
+//! Finds which body lies completely in the other.
 
 use glam::DVec3;
 
 use crate::algebra::Pose;
 use crate::body::{Body, Mesh};
 
-/// Which body lies in the other. Only defined if their surfaces do not cross.
+/// States which body lies in the other. The value is meaningful only if the surfaces do not cross.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Containment {
     /// Neither body lies in the other.
     Neither,
-    /// All of a lies in b's solid.
+    /// All of body a lies in b's solid.
     AInB,
     /// All of b lies in a's solid.
     BInA,
 }
 
-/// Returns which body lies inside the other after a is moved by `t`. The surfaces must not cross.
+/// Returns which body lies inside the other after body a is moved by `t`. The surfaces must not
+/// cross.
 pub(super) fn containment(
     a: &Body,
     components_a: &[DVec3],

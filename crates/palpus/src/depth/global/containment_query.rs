@@ -1,4 +1,4 @@
-//! Containment at any pose, including a test whether the surfaces cross.
+//! Containment at any pose, with a test of whether the surfaces cross.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::surfaces::Surfaces;
 use crate::algebra::Pose;
 use crate::body::Body;
 
-/// Tells whether one of two bodies lies in the other.
+/// A query for whether one of two bodies lies in the other.
 #[derive(Clone, Debug)]
 pub struct ContainmentQuery<'a> {
     a: &'a Body,
@@ -23,8 +23,8 @@ impl<'a> ContainmentQuery<'a> {
         Self { a, b, components_a: first_vertices(a.mesh()), components_b: first_vertices(b.mesh()) }
     }
 
-    /// Returns the result with a at `pose_ba` in b's frame. It is exact for the rounded positions
-    /// of the vertices.
+    /// Returns the result with body a at `pose_ba` in b's frame. The result is exact for the
+    /// rounded positions of the vertices.
     pub fn run(&self, pose_ba: &Pose) -> Containment {
         let answer = containment(self.a, &self.components_a, self.b, &self.components_b, pose_ba, DVec3::ZERO);
         if answer == Containment::Neither {

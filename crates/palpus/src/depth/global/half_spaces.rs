@@ -1,7 +1,8 @@
-//! Finds the common point of several half-spaces that is nearest to the origin. It adds one
+//! Finds the point nearest to the origin that several half-spaces have in common. Adds one
 //! half-space after another (R. Seidel, *Small-Dimensional Linear Programming and Convex Hulls Made
 //! Easy*, 1991). If the newest half-space does not contain the previous point, the new point lies
-//! on its plane. The same step is then applied within that plane, and within lines.
+//! on the plane of the newest half-space. The same method is then applied within this plane, and
+//! within lines of the plane.
 
 use glam::DVec3;
 
@@ -10,7 +11,7 @@ use crate::algebra::tolerance::PORTAL_ROUNDING;
 /// All points p with `normal · p ≥ offset`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HalfSpace {
-    /// Unit.
+    /// Unit normal.
     pub(super) normal: DVec3,
     /// Height of the bounding plane along the normal.
     pub(super) offset: f64,
@@ -22,8 +23,8 @@ impl HalfSpace {
     }
 }
 
-/// Returns the point nearest to the origin that all `spaces` have in common. `None` if they have no
-/// common point. The point may lie outside a half-space by up to `slack`.
+/// Returns the point nearest to the origin that all `spaces` contain; `None` if they have no common
+/// point. The point may lie outside a half-space by up to `slack`.
 pub(super) fn nearest_common(spaces: &[HalfSpace], slack: f64) -> Option<DVec3> {
     let mut best = DVec3::ZERO;
     for (k, space) in spaces.iter().enumerate() {

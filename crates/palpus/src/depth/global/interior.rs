@@ -2,11 +2,11 @@
 //!
 //! 1. Sample the surface: take the middle of each triangle, a point near each corner, and more
 //!    points in large triangles.
-//! 2. For each sample, find the largest ball in the solid that touches the surface there (shrinking
-//!    ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest Neighbors and
-//!    the Normal Field*, 2012).
-//! 3. Take the balls in order of decreasing radius. Grow a cell around the centre of each ball,
-//!    unless its sample already lies in a cell.
+//! 2. For each sample, find the largest ball in the solid that touches the surface at the sample
+//!    (shrinking ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest
+//!    Neighbors and the Normal Field*, 2012).
+//! 3. Process the balls in order of decreasing radius. Grow a cell around the centre of each ball,
+//!    unless the ball's sample already lies in a cell.
 //!
 //! A surface that is not closed has no inside and no cells.
 
@@ -27,13 +27,13 @@ use crate::body::{Body, Mesh};
 #[derive(Clone, Debug)]
 pub struct Interior {
     pub(super) cells: Vec<Cell>,
-    /// The extents of the cells, and the tree of their bounding boxes.
+    /// The slabs of the cells.
     pub(super) slabs: Vec<Slabs>,
     pub(super) tree: BoxTree,
     /// One vertex of each component of the surface.
     pub(super) components: Vec<DVec3>,
-    /// Upper bound of how far the piece of a convex solid reaches beyond the solid. `None` if the
-    /// solid is not convex.
+    /// Upper bound of the distance by which the piece of a convex solid extends beyond the solid.
+    /// `None` if the solid is not convex.
     pub(super) convex: Option<f64>,
 }
 
@@ -47,8 +47,8 @@ struct Sample {
 }
 
 impl Interior {
-    /// Computes the cells of `body`. The result does not depend on `workers`. `progress` is called
-    /// with the completed fraction, which rises to one.
+    /// Computes the cells of `body`. The result does not depend on `workers`. Calls `progress` with
+    /// the finished fraction, which rises to 1.
     pub fn new(body: &Body, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Self {
         let mesh = body.mesh();
         let components = first_vertices(mesh);
@@ -79,13 +79,14 @@ impl Interior {
     }
 }
 
-/// Returns an upper bound of how far the piece of a convex body reaches beyond the solid. `None` if
-/// the body is not convex.
+/// Returns an upper bound of the distance by which the piece of a convex body extends beyond the
+/// solid. `None` if the body is not convex.
 ///
-/// If the piece reaches beyond the planes of the triangles by at most e, the surface of the solid
-/// is at most e away from the surface of the piece. So the solid contains the piece without its
-/// outermost layer of thickness e. That contains the piece shrunk toward its centroid by the
-/// fraction e / r, where r is the radius of a ball around the centroid in the piece.
+/// Let e be the largest distance by which the piece extends beyond the planes of the triangles. The
+/// surface of the solid is at most e away from the surface of the piece. So the solid contains all
+/// points of the piece that are deeper than e. Let r be the radius of a ball around the centroid
+/// inside the piece. Shrinking the piece toward its centroid by the fraction e / r leaves only
+/// points that are deeper than e.
 fn shortfall(body: &Body) -> Option<f64> {
     let mesh = body.mesh();
     let [piece] = body.polytopes() else { return None };
@@ -117,8 +118,8 @@ fn sample_points(mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
         if 4 * count > CELL_SAMPLES {
             continue;
         }
-        // A square grid in barycentric coordinates. The number of rows follows from the triangle's
-        // fraction of the total area.
+        // Samples a square grid in barycentric coordinates. The number of rows follows from the
+        // triangle's fraction of the total area.
         let share = mesh.triangle_area(t) / area * (CELL_SAMPLES - 4 * count) as f64;
         let rows = (share * 2.0).sqrt().floor() as usize;
         for i in 0..rows {
@@ -132,8 +133,8 @@ fn sample_points(mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
     points
 }
 
-/// Returns the largest ball in the solid that touches the surface at `point`. `None` if it is too
-/// small.
+/// Returns the largest ball in the solid that touches the surface at `point`. `None` if the ball is
+/// too small.
 fn ball_below(body: &Body, point: DVec3, normal: DVec3) -> Option<Sample> {
     let size = body.size();
     let mut radius = 0.5 * size;
@@ -159,12 +160,12 @@ fn ball_below(body: &Body, point: DVec3, normal: DVec3) -> Option<Sample> {
     Some(Sample { keep, center, radius })
 }
 
-/// Grows cells until each sample lies in one. `samples` is sorted by decreasing radius.
+/// Grows cells until each sample lies in a cell. `samples` is sorted by decreasing radius.
 fn cover(body: &Body, mut samples: Vec<Sample>, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Vec<Cell> {
     let mut cells: Vec<Cell> = Vec::new();
     let all = samples.len().max(1) as f64;
     while !samples.is_empty() && cells.len() < CELLS {
-        // The number of cells grown at once does not depend on the number of workers.
+        // The size of a batch does not depend on the number of workers.
         let batch: Vec<Sample> = samples.drain(..samples.len().min(CELL_BATCH)).collect();
         let grow = |k: usize| Cell::grow(body.tree(), batch[k].center, batch[k].keep, body.size());
         let grown = map_in_order(workers, batch.len(), 1, grow, &mut |_| ());

@@ -5,7 +5,7 @@
 //! 2. Then move away from the nearer surface by half of the distance to it, as long as that
 //!    increases the distance.
 //!
-//! Cells of both bodies that are grown around this point overlap there.
+//! A cell of each body is then grown around the found point, so the two cells overlap.
 
 use glam::DVec3;
 
@@ -20,15 +20,15 @@ pub(super) struct Lens {
     pub(super) point_a: DVec3,
     /// The point in b's frame.
     pub(super) point_b: DVec3,
-    /// The point of both surfaces that is nearest to it, in b's frame.
+    /// The nearest point of both surfaces, in b's frame.
     nearest: DVec3,
     /// Distance to that nearest point.
     pub(super) depth: f64,
 }
 
 impl Scene<'_> {
-    /// Returns a point deep inside both bodies near a crossing of their surfaces, with a moved by
-    /// `t`. `None` if no such point is found.
+    /// Returns a point deep inside both bodies near a crossing of their surfaces, with body a moved
+    /// by `t`. `None` if the search finds no point.
     pub(super) fn lens(&self, crossing: &Crossing, t: DVec3) -> Option<Lens> {
         let size = self.a.size().min(self.b.size());
         let outward_a = self.placement.vector(self.a.mesh().triangle_normal(crossing.moving));
@@ -57,8 +57,8 @@ impl Scene<'_> {
         Some(best)
     }
 
-    /// Returns the point `z` (in b's frame) with a moved by `t`. `None` if it does not lie in both
-    /// bodies.
+    /// Returns the lens of the point `z` (in b's frame), with body a moved by `t`. `None` if `z`
+    /// does not lie in both bodies.
     fn lens_at(&self, z: DVec3, t: DVec3) -> Option<Lens> {
         let point_a = self.placement.inverse_point(z - t);
         if !self.b.tree().inside(z) || !self.a.tree().inside(point_a) {

@@ -1,18 +1,18 @@
-//! The translations at which two convex cells overlap. They form a convex set, which is given by
-//! its support points.
+//! An obstacle: the set of translations at which two convex cells overlap. The set is convex, and
+//! is represented by its support points.
 //!
-//! For a cell P of the moving body and a cell Q of the fixed body, these translations are the
-//! Minkowski difference {q − p}. The ray query follows G. Snethen, *XenoCollide*, Game Programming
-//! Gems 7, 2008:
+//! For a cell P of the moving body and a cell Q of the fixed body, the set is the Minkowski
+//! difference {q − p}. The ray query follows G. Snethen, *XenoCollide*, Game Programming Gems 7,
+//! 2008:
 //!
-//! 1. Start from a point that lies inside. Find three support points such that the ray passes
-//!    through their triangle (the *portal*).
+//! 1. Start from a point inside the set. Find three support points such that the ray passes through
+//!    their triangle (the *portal*).
 //! 2. Move the portal outward along its normal until no support point lies beyond it.
 //!
 //! The portal consists of points of the set, so the ray is inside the set up to the portal. The
 //! plane through the last support point bounds a half-space that is proven to be outside. Deviation
-//! from XenoCollide: the result is always the distance to the portal. So a translation reported as
-//! blocked is blocked, even if the search stops early.
+//! from XenoCollide: the result is always the distance to the portal. So each translation that is
+//! reported as blocked is blocked, even if the search stops early.
 
 use glam::DVec3;
 
@@ -84,14 +84,14 @@ impl Obstacle<'_> {
         self.refine(portal, from, along, Some(distance)).is_some_and(|(exit, _)| exit.distance > distance)
     }
 
-    /// Returns the point where the ray from `from` along `along` (unit) leaves the set. `from` must
-    /// lie inside. `None` if it does not, or if rounding prevents a result.
+    /// Returns the point where the ray from `from` along `along` (unit) leaves the set. `None` if
+    /// `from` does not lie inside, or if rounding prevents a result.
     pub(super) fn exit(&self, from: DVec3, along: DVec3) -> Option<Exit> {
         self.exit_by(from, along, &mut None)
     }
 
-    /// As [`Self::exit`], starting from `gate` if the ray passes through its triangle. `gate` is
-    /// the portal of a nearby ray or pose. The portal that is found is stored in `gate`.
+    /// Returns the same as [`Self::exit`]. `gate` is the portal of a nearby ray or pose. The search
+    /// starts from this portal if the ray passes through it, and stores the last portal in `gate`.
     pub(super) fn exit_by(&self, from: DVec3, along: DVec3, gate: &mut Option<Gate>) -> Option<Exit> {
         if self.moving.is_empty() {
             return self.exit_of_ball(from, along);
@@ -114,8 +114,8 @@ impl Obstacle<'_> {
         passes.then_some(Portal { v, names })
     }
 
-    /// Returns a near exit from `from`, which must lie inside: a local minimum of the distance over
-    /// the normals of the facets.
+    /// Returns a near exit from `from`, which must lie inside. The exit is a local minimum of the
+    /// distance over the normals of the facets.
     pub(super) fn nearest_exit(&self, from: DVec3) -> Option<Exit> {
         let mut best = self.exit(from, (from - self.center).try_normalize().unwrap_or(DVec3::X))?;
         for _ in 0..EXIT_TURNS {
@@ -152,7 +152,8 @@ impl Obstacle<'_> {
         }
         let mut aside = v1.cross(along);
         if aside.length_squared() <= PORTAL_ROUNDING * PORTAL_ROUNDING * v1.length_squared() {
-            // The ray passes through the support point itself. Any side will do.
+            // The ray passes through the support point itself. Any perpendicular direction is
+            // valid.
             aside = along.any_orthogonal_vector();
         }
         let (mut v2, mut name2) = support(aside);
@@ -176,8 +177,8 @@ impl Obstacle<'_> {
         None
     }
 
-    /// Moves the portal outward, and also returns the last portal. With `wanted`, stops as soon as
-    /// it is known whether the exit is nearer or farther than that distance.
+    /// Moves the portal outward, and also returns the last portal. If `wanted` is given, stops as
+    /// soon as it is known whether the exit is nearer or farther than that distance.
     fn refine(&self, portal: Portal, from: DVec3, along: DVec3, wanted: Option<f64>) -> Option<(Exit, Gate)> {
         let Portal { mut v, mut names } = portal;
         let mut best: Option<Exit> = None;

@@ -45,8 +45,8 @@ pub(super) enum Place {
     Blocked(Key),
     /// Free, verified on the surfaces.
     Free,
-    /// Neither blocked nor free could be shown: the surfaces cross by less than the search
-    /// resolves.
+    /// The search could show neither, because the surfaces cross by less than the search can
+    /// resolve.
     Unclear,
 }
 
@@ -65,7 +65,7 @@ struct PlacedCell {
     center: DVec3,
     /// True if the cell may block a translation that is shorter than the reach of the search.
     near: bool,
-    /// Placed when first needed.
+    /// Computed when first needed.
     corners: OnceCell<Vec<DVec3>>,
     /// Slabs of these corners, computed when first needed.
     slabs: OnceCell<Slabs>,
@@ -79,11 +79,11 @@ pub(super) struct Scene<'a> {
     interior_b: &'a Interior,
     pub(super) placement: Placement,
     pub(super) surfaces: Surfaces<'a>,
-    /// The cells of a in b's frame.
+    /// The cells of body a in b's frame.
     cells: Vec<PlacedCell>,
     added: Vec<Added>,
-    /// Clearance of a free translation from the obstacles. Distances below this count neither as
-    /// blocked nor as free.
+    /// Clearance of a free translation from the obstacles. A translation nearer to contact than
+    /// this counts neither as blocked nor as free.
     pub(super) hair: f64,
     /// If true, pockets do not count as free.
     outside: bool,
@@ -92,10 +92,10 @@ pub(super) struct Scene<'a> {
     scores: Vec<(f64, u32, Key)>,
     /// The obstacles that contained recently classified translations, newest first.
     recent: Vec<Key>,
-    /// The obstacles that blocked something at this pose or at a nearby one, sorted.
+    /// The obstacles that blocked a translation or a cone at this pose or at a nearby pose, sorted.
     known: Vec<Key>,
-    /// Exits of rays through the origin from obstacles: first those of a nearby pose, then those of
-    /// this pose.
+    /// Exits of rays from the origin out of obstacles. The first map has the exits of a nearby
+    /// pose, the second the exits of this pose.
     gates: [BTreeMap<Ray, Gate>; 2],
     /// The last translation that the surfaces found to be free.
     free: Shared<Option<DVec3>>,
@@ -126,7 +126,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Places the cells of a that may block translations no longer than `reach`.
+    /// Places the cells of body a that may block translations no longer than `reach`.
     pub(super) fn place_cells(&mut self, reach: f64) {
         let bounds = self.b.tree().bounds();
         let place = |cell: &Cell| {
@@ -137,7 +137,7 @@ impl<'a> Scene<'a> {
         self.cells = self.interior_a.cells.iter().map(place).collect();
     }
 
-    /// Returns the corners of a cell of a in b's frame.
+    /// Returns the corners of a cell of body a in b's frame.
     fn corners(&self, k: usize) -> &[DVec3] {
         let place = || self.interior_a.cells[k].corners.iter().map(|&p| self.placement.point(p)).collect();
         self.cells[k].corners.get_or_init(place)
@@ -147,7 +147,7 @@ impl<'a> Scene<'a> {
         self.cells[k].slabs.get_or_init(|| Slabs::around(self.corners(k).iter().copied()))
     }
 
-    /// Calls `visit` with each pair of cells whose boxes overlap when a is moved by some
+    /// Calls `visit` with each pair of cells whose boxes overlap when body a is moved by some
     /// translation between `low` and `high`.
     fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
         for (moving, _) in self.cells.iter().enumerate().filter(|(_, cell)| cell.near) {
@@ -176,7 +176,7 @@ impl<'a> Scene<'a> {
         Slabs::may_meet(moving, fixed, slabs)
     }
 
-    /// Returns the slabs of a pair of cells: of the moving cell, then of the fixed cell.
+    /// Returns the slabs of the moving cell and of the fixed cell of a pair.
     fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
         (self.slabs(pair.moving as usize), &self.interior_b.slabs[pair.fixed as usize])
     }
@@ -207,8 +207,8 @@ impl<'a> Scene<'a> {
         Obstacle { moving, fixed, center, inner, outer }
     }
 
-    /// Returns how far the ray along `along` (unit) from the origin stays inside the obstacle
-    /// beyond `from`, which is a point of the ray and of the obstacle.
+    /// Returns how far beyond `from` the ray along `along` (unit) from the origin stays inside the
+    /// obstacle. `from` is a point of the ray and of the obstacle.
     pub(super) fn run_inside(&mut self, key: Key, from: DVec3, along: DVec3) -> f64 {
         let mut gate = None;
         let ray = match key {
@@ -226,7 +226,8 @@ impl<'a> Scene<'a> {
     }
 
     /// Returns up to `most` obstacles that may contain all `points`, out of `candidates` and the
-    /// added obstacles. They are sorted by the depth that their slabs estimate, deepest first.
+    /// added obstacles. The obstacles are sorted by the depth that their slabs estimate, deepest
+    /// first.
     pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<Key> {
         let mut scores = std::mem::take(&mut self.scores);
         scores.clear();
@@ -262,8 +263,8 @@ impl<'a> Scene<'a> {
                 scores.push((depth, scores.len() as u32, Key::Added(k as u32)));
             }
         }
-        // Obstacles with equal depth stay in the order in which they were found, which is the order
-        // of the cells.
+        // Obstacles with equal depth keep the order in which they were found, which is the order of
+        // the cells.
         let order = |p: &(f64, u32, Key), q: &(f64, u32, Key)| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1));
         if scores.len() > most {
             scores.select_nth_unstable_by(most, order);
@@ -275,7 +276,7 @@ impl<'a> Scene<'a> {
         answer
     }
 
-    /// Notes that the obstacle `key` blocked something.
+    /// Records that the obstacle `key` blocked a translation or a cone.
     pub(super) fn note(&mut self, key: Key) {
         if let Err(place) = self.known.binary_search(&key) {
             self.known.insert(place, key);
@@ -311,7 +312,7 @@ impl<'a> Scene<'a> {
         None
     }
 
-    /// Classifies `t`. If no known obstacle contains it, the surfaces decide, and an obstacle may
+    /// Classifies `t`. If no known obstacle contains `t`, the surfaces decide, and an obstacle may
     /// be added.
     pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         let place = self.place(candidates, t);
@@ -323,8 +324,8 @@ impl<'a> Scene<'a> {
 
     fn place(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         if !self.known.is_empty() && matches!(candidates, Candidates::All) {
-            // Near the previous answer, a translation is usually free or blocked by one of a few
-            // obstacles.
+            // Near the previous answer, a translation is usually free, or one of a few known
+            // obstacles blocks it.
             if let Some(&k) = self.known.iter().find(|&&key| self.obstacle(key).holds(t)) {
                 return Place::Blocked(k);
             }
@@ -338,7 +339,7 @@ impl<'a> Scene<'a> {
         self.probe(t)
     }
 
-    /// Classifies `t` by the surfaces. If they cross, adds an obstacle.
+    /// Classifies `t` by the surfaces. If the surfaces cross, adds an obstacle.
     fn probe(&mut self, t: DVec3) -> Place {
         self.evaluations += DEPTH_PROBES as u64;
         let crossings = self.surfaces.crossings(t, DEPTH_PROBES);
@@ -376,8 +377,8 @@ impl<'a> Scene<'a> {
         Place::Unclear
     }
 
-    /// Returns true if `t` is free according to the surfaces alone. With `outside`, a must also be
-    /// able to leave from there.
+    /// Returns true if `t` is free according to the surfaces alone. If `outside` is set, body a
+    /// must also be able to move out of b from this position.
     pub(super) fn verified(&self, t: DVec3) -> bool {
         self.free(t) && (!self.outside || self.surfaces.escapes(t))
     }
@@ -400,11 +401,11 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// The obstacles to test, in addition to the added ones.
+/// The obstacles to test, in addition to the obstacles that were added at this pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Candidates<'a> {
     All,
     Some(&'a [Pair]),
-    /// Candidates that blocked a translation at this pose or at a nearby one.
+    /// The obstacles that blocked a translation at this pose or at a nearby pose.
     Known,
 }

@@ -1,17 +1,19 @@
-//! Slabs around convex sets: their extent along many axes, in both directions.
+//! Slabs around convex sets: the least and the greatest coordinate of a set along many axes.
 //!
-//! Along an axis, the extent of a Minkowski difference is the sum of the extents of both sets. So
-//! the least remaining extent along these axes is an upper bound of the depth of a translation in
-//! an obstacle. This bound rejects most obstacles and ranks the others. If only the seven axes
-//! through the faces and corners of a cube are used, the best obstacle is rarely among the first
-//! twelve. With the axes used here it usually is.
+//! Along an axis, the extent of a Minkowski difference is the sum of the extents of both sets. A
+//! translation has a distance to both ends of this extent. The least distance over all axes is an
+//! upper bound of the depth of the translation in an obstacle. This bound rejects most obstacles
+//! and ranks the others. With only the seven axes through the faces and corners of a cube, the best
+//! obstacle was rarely among the first twelve. With the axes used here, the best obstacle usually
+//! is among the first twelve.
 //!
-//! Slabs only choose the order of obstacles, so they are stored in single precision.
+//! Slabs only reject and rank obstacles, so they are stored in single precision.
 
 use glam::{DVec3, Vec3};
 
-/// Directions of the axes, not of unit length: along the edges of a cube, to its corners and to the
-/// middles of its edges, and between these. The last axes repeat the first, to fill the last block.
+/// Directions of the axes, not of unit length. The directions are along the edges of a cube, to its
+/// corners, to the middles of its edges, and between these directions. The last axes repeat the
+/// first axes, to fill the last block.
 #[rustfmt::skip]
 const AXES: [[i8; 3]; LANES] = [
     [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, -1, -1], [1, -1, 1], [1, 1, -1], [1, 1, 1], [0, 1, -1],
@@ -32,7 +34,7 @@ const UNIT: [[f32; LANES]; 3] = {
     let mut k = 0;
     while k < LANES {
         let [x, y, z] = AXES[k];
-        // One over the length of the axis.
+        // The reciprocal of the axis's length.
         let scale = match x * x + y * y + z * z {
             1 => 1.0,
             2 => std::f32::consts::FRAC_1_SQRT_2,
@@ -79,7 +81,7 @@ impl Slabs {
     }
 
     /// Returns an upper bound of the depth of `points` in the obstacle of a moving and a fixed set.
-    /// If it is not positive, at least one point lies outside.
+    /// If the bound is not positive, at least one point lies outside.
     pub(super) fn depth(moving: &Self, fixed: &Self, points: &Self) -> f64 {
         let mut least = f32::INFINITY;
         for block in 0..LANES / BLOCK {
@@ -110,7 +112,7 @@ impl Slabs {
     }
 }
 
-/// Returns the smaller value. Faster than `min`, because it does not handle NaN.
+/// Returns the smaller value. This function is faster than `min`, because it does not handle NaN.
 fn lesser(p: f32, q: f32) -> f32 {
     if p < q { p } else { q }
 }

@@ -1,12 +1,13 @@
-//! Queries on both surfaces: whether they cross, their distance, and whether one lies inside the
-//! other body.
+//! Queries on both surfaces: whether they cross, how far they are apart, and whether one lies
+//! inside the other body.
 //!
-//! These queries verify every free translation. They are independent of the cells that prove
-//! translations blocked: they use exact predicates on pairs of triangles ([`TrianglePair`]) and
-//! exact winding numbers.
+//! These queries verify every free translation. The queries do not use the cells that prove
+//! translations to be blocked. Instead, they use exact predicates on pairs of triangles
+//! ([`TrianglePair`]) and exact winding numbers.
 //!
-//! At first the boxes of the moving body are placed during the traversal, and are slightly too
-//! large. After several queries at one pose, all boxes are placed once with their exact size.
+//! The first queries at a pose transform the moving body's boxes during the traversal, and these
+//! boxes are slightly too large. After several queries, all boxes are computed once with their
+//! exact size.
 
 use std::cell::{Cell, OnceCell};
 use std::cmp::Reverse;
@@ -38,8 +39,8 @@ pub(super) struct Surfaces<'a> {
     components_a: &'a [DVec3],
     components_b: &'a [DVec3],
     placement: Placement,
-    /// Number of queries so far. After enough queries, `exact` has the exact boxes of the moving
-    /// body's tree in b's frame.
+    /// Number of queries so far. After [`LOOSE_QUESTIONS`] queries, `exact` has the exact boxes of
+    /// the moving body's tree in b's frame.
     questions: Cell<u32>,
     exact: OnceCell<Vec<Aabb>>,
 }
@@ -59,8 +60,8 @@ impl Boxes<'_> {
         }
     }
 
-    /// Returns false only if a node's box, moved by `t`, and `fixed` are separate along an axis of
-    /// the moving body.
+    /// Returns false only if an axis of the moving body separates the box of `node`, moved by `t`,
+    /// from `fixed`.
     fn overlap_turned(&self, node: u32, t: DVec3, fixed: &Aabb) -> bool {
         if self.exact.is_some() {
             return true;
@@ -113,8 +114,8 @@ impl<'a> Surfaces<'a> {
         boxes
     }
 
-    /// Returns true if the surfaces have no common point with a moved by `t`, and neither body lies
-    /// in the other.
+    /// Returns true if the surfaces have no common point with body a moved by `t`, and neither body
+    /// lies in the other.
     pub(super) fn is_free(&self, t: DVec3) -> bool {
         let mut touching = false;
         self.visit_pairs(t, &mut |p, q, _| {
@@ -124,7 +125,7 @@ impl<'a> Surfaces<'a> {
         !touching && !self.nested(t)
     }
 
-    /// Returns up to `most` pairs of triangles that cross or touch, with a moved by `t`.
+    /// Returns up to `most` pairs of triangles that cross or touch, with body a moved by `t`.
     pub(super) fn crossings(&self, t: DVec3, most: usize) -> Vec<Crossing> {
         let mut found = Vec::new();
         self.visit_pairs(t, &mut |p, q, (moving, fixed)| {
@@ -136,13 +137,13 @@ impl<'a> Surfaces<'a> {
         found
     }
 
-    /// Returns which body lies completely in the other, with a moved by `t`. The surfaces must not
-    /// cross.
+    /// Returns which body lies completely in the other, with body a moved by `t`. The surfaces must
+    /// not cross.
     pub(super) fn containment(&self, t: DVec3) -> Containment {
         containment(self.a, self.components_a, self.b, self.components_b, &self.pose_ba, t)
     }
 
-    /// Returns true if a component of one surface lies in the other body, with a moved by `t`.
+    /// Returns true if a component of one surface lies in the other body, with body a moved by `t`.
     pub(super) fn nested(&self, t: DVec3) -> bool {
         let back = self.pose_ba.inverse();
         let closed = |body: &Body| body.mesh().is_closed();
@@ -150,9 +151,9 @@ impl<'a> Surfaces<'a> {
             || closed(self.a) && self.components_b.iter().any(|&p| self.a.tree().inside(back.point(p - t)))
     }
 
-    /// Returns true if a, already moved by `t`, can move on along a straight line until the
-    /// bounding boxes are separate. `t` must be free. Each step is at most as long as the distance
-    /// of the surfaces, so no step can pass through a surface.
+    /// Moves body a by `t`, which must be free. Returns true if body a can then move along a
+    /// straight line until the bounding boxes are separate. Each step is at most as long as the
+    /// distance of the surfaces, so no step can pass through a surface.
     pub(super) fn escapes(&self, t: DVec3) -> bool {
         let axes = [t.normalize_or_zero(), DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
         axes.into_iter().filter(|along| *along != DVec3::ZERO).any(|along| self.escapes_along(t, along))
@@ -169,7 +170,8 @@ impl<'a> Surfaces<'a> {
         false
     }
 
-    /// Returns the distance of the two surfaces with a moved by `t`. They must not cross.
+    /// Returns the distance of the two surfaces with body a moved by `t`. The surfaces must not
+    /// cross.
     pub(super) fn distance(&self, t: DVec3) -> f64 {
         let (moving, fixed) = (self.a.tree(), self.b.tree());
         let mut best = f64::INFINITY;
@@ -239,13 +241,13 @@ impl<'a> Surfaces<'a> {
     }
 }
 
-/// Returns a box around a placed box.
+/// Returns an axis-aligned box around a transformed box.
 fn placed(placement: &Placement, bounds: &Aabb) -> Aabb {
     let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
     let Placement { rotation, translation } = placement;
     let middle = placement.point(middle);
     let half = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
-    // Enlarges the box by more than the rounding of placed corners.
+    // Enlarges the box by more than the rounding error of transformed corners.
     let half = half + (half + middle.abs() + translation.abs()) * PLACED_BOX;
     Aabb { min: middle - half, max: middle + half }
 }
@@ -272,8 +274,8 @@ fn triangle_distance_squared(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     best
 }
 
-/// Returns a point near the middle of the intersection of two triangles. It is the mean of the
-/// points where a side of one triangle crosses the other triangle.
+/// Returns a point near the middle of the intersection of two triangles. The point is the mean of
+/// the points where a side of one triangle crosses the other triangle.
 fn common_point(p: [DVec3; 3], q: [DVec3; 3]) -> DVec3 {
     let mut sum = DVec3::ZERO;
     let mut count = 0.0;

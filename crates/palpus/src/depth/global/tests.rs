@@ -1,6 +1,6 @@
-//! Identities and known depths. The oracle for small shapes is a grid of translations that only the
-//! surfaces classify; it resolves no more than the spacing of the grid. `.ci/hold_reference.py`
-//! checks exact results of more difficult pairs.
+//! Tests identities and known depths. The oracle for small shapes classifies a grid of translations
+//! by the surfaces alone. Its resolution is the spacing of the grid. `.ci/hold_reference.py` checks
+//! exact results of more difficult pairs.
 
 mod identities;
 mod known;

@@ -1,14 +1,14 @@
-//! Short free translations. They give the upper bound.
+//! Finds short free translations, which give the upper bound.
 //!
-//! * *Project* leads from a blocked translation x to a free one beside it. It tests the translation
+//! * *Project* finds a free translation beside a blocked translation x. It tests the translation
 //!   nearest to x that lies in all half-spaces found so far. While an obstacle blocks that
-//!   translation, it adds the half-space beyond the obstacle's facet that seems nearest.
-//! * *Slide* leads from a free translation g to a local minimum. It tests the translation nearest
-//!   to the origin that lies in all half-spaces found so far (none at first). While an obstacle
-//!   blocks that translation, it adds the half-space beyond the facet through which the line to g
-//!   leaves the obstacle. All half-spaces contain g, so the result is free and not longer than g.
-//!   After G. Je and others, *PolyDepth*, 2012, with exact obstacles in place of local contact
-//!   planes.
+//!   translation, *project* adds the half-space beyond the obstacle's facet that seems nearest.
+//! * *Slide* shortens a free translation g to a local minimum. It tests the translation nearest to
+//!   the origin that lies in all half-spaces found so far (none at the start). While an obstacle
+//!   blocks that translation, *slide* adds the half-space beyond the facet through which the line
+//!   to g leaves the obstacle. All half-spaces contain g, so the result is free and not longer than
+//!   g. The method follows G. Je and others, *PolyDepth*, 2012, with exact obstacles in place of
+//!   local contact planes.
 
 use glam::DVec3;
 
@@ -16,7 +16,8 @@ use super::half_spaces::{HalfSpace, nearest_common};
 use super::scene::{Candidates, Place, Scene};
 use crate::algebra::tolerance::{DEPTH_PROJECT_STEPS, DEPTH_SLIDE_STEPS};
 
-/// Returns a free translation near `x` that is shorter than `limit`. `None` if none is found.
+/// Returns a free translation near `x` that is shorter than `limit`. `None` if the search finds no
+/// translation.
 pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVec3> {
     let mut spaces: Vec<HalfSpace> = Vec::new();
     let mut t = x;
@@ -39,8 +40,8 @@ pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVe
     None
 }
 
-/// Returns a free translation that is not longer than `free`. It is a local minimum if one is found
-/// in time.
+/// Returns a free translation that is not longer than `free`. The result is a local minimum unless
+/// the search reaches its limit of steps.
 pub(super) fn slide(scene: &mut Scene<'_>, free: DVec3) -> DVec3 {
     let mut spaces: Vec<HalfSpace> = Vec::new();
     let mut t = DVec3::ZERO;

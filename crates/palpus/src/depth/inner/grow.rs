@@ -1,5 +1,5 @@
-//! Grows the inner surface to a new corner: opens a hole around it, and closes the hole with a fan
-//! around the corner.
+//! Grows the inner surface to a new corner. Opens a hole at the triangles that face the corner, and
+//! closes the hole with a fan around the corner.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use super::{Half, Joint, Refusal, Rim, Surface, Tip, judged, judged_from};
 use crate::algebra::tolerance::{PROOF_CORNERS, PROOF_HOLE, PROOF_TRIANGLES};
 
 impl Surface {
-    /// Grows the surface from `triangle` to the tip of `hub`, which should lie above it.
+    /// Grows the surface from `triangle` to the tip of `hub`, which should lie above the triangle.
     pub(in crate::depth) fn grow(&mut self, cso: &Cso<'_>, triangle: usize, hub: HubPair) -> Result<(), Refusal> {
         let at = cso.vertex(hub);
         let known = if self.folded { self.known(at) } else { None };
@@ -46,15 +46,15 @@ impl Surface {
     /// Removes the triangles around `seed` that face the point `at` or have the tip `known`. Lists
     /// the rim of the hole.
     ///
-    /// The edges of each triangle are visited counter-clockwise, starting from the edge through
-    /// which it was reached. So the rim is in order if the hole is a disk.
+    /// The search visits the edges of each triangle counter-clockwise, starting from the edge
+    /// through which it reached the triangle. So the rim is in order if the hole is a disk.
     fn open(&mut self, seed: usize, at: DVec3, known: Option<u16>) -> Result<(), Refusal> {
         const ONWARD: [[usize; 2]; 4] = [[1, 2], [2, 0], [0, 1], [0, 1]];
         let Self { joints, normals, offsets, free, ahead, rim, .. } = self;
         // On a convex surface, the new tip may lie in the plane of a neighbour, beyond the edge to
-        // that neighbour. Then the neighbour must be removed too, or the fan would fold under it.
-        // On a surface that moved with the bodies, a triangle in that plane may already have the
-        // tip.
+        // this neighbour. Then the neighbour must be removed too; otherwise the fan would fold
+        // under it. On a surface that moved with the bodies, a triangle in this plane may already
+        // have the tip. The triangle is then removed because it has the tip.
         let least = if self.folded { self.slack } else { -self.slack };
         rim.clear();
         ahead.clear();
@@ -139,8 +139,8 @@ impl Surface {
         free.truncate(rest);
     }
 
-    /// Sorts the edges of the rim so that each edge starts where the previous one ends. They form
-    /// one loop or several.
+    /// Sorts the edges of the rim so that each edge starts where the previous edge ends. The edges
+    /// form one loop or several loops.
     fn order_rim(&mut self) -> Result<(), Refusal> {
         let mut begin = 0;
         for k in 0..self.rim.len() {
@@ -170,8 +170,8 @@ impl Surface {
         let mut k = begin;
         loop {
             let Rim { from, to, outer } = self.rim[k];
-            // The edges tip → from and to → tip. They belong to the new triangle, or to the outer
-            // triangle if the rim itself contains the tip.
+            // The edges tip → from and to → tip. These edges belong to the new triangle. If the rim
+            // itself contains the tip, they belong to the outer triangle.
             let (entry, exit) = if to == tip {
                 (Some(outer), None)
             } else if from == tip {
@@ -187,7 +187,8 @@ impl Surface {
             }
             leaving = exit;
             k += 1;
-            // A loop may pass its first tip again. It ends when the next edge does not start there.
+            // A loop may pass its first tip several times. The loop ends when the next edge does
+            // not start at its first tip.
             if to == home && self.rim.get(k).is_none_or(|next| next.from != to) {
                 break;
             }

@@ -1,7 +1,7 @@
 //! Checks the invariants of the inner surface.
 //!
 //! 1. Closed and oriented: the triangle across each edge is alive, runs along the edge in the
-//!    opposite direction, and has this triangle as its neighbour there.
+//!    opposite direction, and has this triangle as its neighbour at the edge.
 //! 2. Support points: each tip is the difference of the two vertices of its hub pair, so the CSO
 //!    contains it.
 //! 3. Measured: each triangle has a unit normal, and its offset is not more than the height of
@@ -14,11 +14,11 @@ use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
 /// A broken invariant of an inner surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(in crate::depth) enum SurfaceFault {
-    /// A triangle has a tip that does not exist, or has one tip twice.
+    /// A triangle has a tip that does not exist, or has the same tip twice.
     #[error("triangle {0} does not have three tips of the surface")]
     Tips(usize),
-    /// The triangle across an edge was removed, runs along the edge in the same direction, or has
-    /// another neighbour there.
+    /// The triangle across an edge was removed, runs along the edge in the same direction, or has a
+    /// different neighbour at the edge.
     #[error("side {side} of triangle {triangle} does not lie between two triangles that run opposite ways")]
     Open {
         /// The triangle.
@@ -29,7 +29,7 @@ pub(in crate::depth) enum SurfaceFault {
     /// A tip is not the difference of its two vertices at this pose.
     #[error("tip {0} is not the difference of the two vertices of its hub pair")]
     Support(usize),
-    /// The normal is not unit, or a tip is lower along it than the offset.
+    /// The normal is not unit, or the height of a tip along the normal is less than the offset.
     #[error("the normal or the offset of triangle {0} does not fit its tips")]
     Judged(usize),
 }

@@ -8,8 +8,8 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_FACES, PATCH_SIDES};
 use crate::body::{Feature, Polytope, Provenance};
 
-/// The faces of one piece that nearly lie in the contact plane. If there is no such face, the
-/// edges.
+/// The outlines of the faces of one piece that nearly lie in the contact plane. If no face is flat
+/// enough, the list has outlines of edges.
 #[derive(Clone, Debug)]
 pub(super) struct Outlines {
     list: [Outline; PATCH_FACES],
@@ -42,14 +42,14 @@ impl Side {
         [self.from, self.from + self.along]
     }
 
-    /// Returns the signed distance of `p` from this side's line times the side's length. Positive
-    /// on the inner side.
+    /// Returns the signed distance of `p` from this side's line, times the side's length. The
+    /// result is positive on the inner side.
     pub(super) fn inward(&self, p: DVec2) -> f64 {
         self.along.perp_dot(p - self.from)
     }
 
-    /// Returns the point of the side's line that is nearest to `p`. `None` if it is not between the
-    /// side's ends.
+    /// Returns the point of the side's line that is nearest to `p`. `None` if this point is not
+    /// between the side's ends.
     pub(super) fn foot(&self, p: DVec2) -> Option<DVec2> {
         let share = self.along.dot(p - self.from) / self.along.length_squared();
         (0.0..=1.0).contains(&share).then(|| self.from + self.along * share)
@@ -71,7 +71,7 @@ impl Frame {
         Self { origin: touch.point_a.midpoint(touch.point_b), x, y, z: touch.normal }
     }
 
-    /// Returns the same frame in the coordinates of a body whose pose is `place`.
+    /// Returns this frame in the coordinates of a body whose pose is `place`.
     pub(super) fn seen_from(&self, place: &Placement) -> Self {
         let axis = |axis| place.inverse_vector(axis);
         Self { origin: place.inverse_point(self.origin), x: axis(self.x), y: axis(self.y), z: axis(self.z) }
@@ -157,8 +157,8 @@ impl Outlines {
         &self.list[..self.count]
     }
 
-    /// Step 1 for one piece. `outward` is 1 if the piece's surface faces along the normal, and −1
-    /// if it faces the opposite way.
+    /// Does step 1 for one piece. `outward` is 1 if the piece's surface faces along the normal, and
+    /// −1 if the surface faces against the normal.
     pub(super) fn gather(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame, outward: f64, slope: f64) {
         (self.count, self.slope) = (0, slope);
         if let Feature::Vertex(v) = feature
@@ -192,7 +192,7 @@ impl Outlines {
         }
     }
 
-    /// Step 1 if no face is flat enough.
+    /// Does step 1 for edges, if no face is flat enough.
     fn gather_edges(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame) {
         match feature {
             Feature::Face(_) => {}
@@ -217,14 +217,14 @@ impl Outlines {
     }
 }
 
-/// Returns true if `along` rises by less than `slope` over the contact plane.
+/// Returns true if the slope of `along` relative to the contact plane is less than `slope`.
 fn is_flat(along: DVec3, frame: &Frame, slope: f64) -> bool {
     let rise = frame.z.dot(along);
     rise * rise < slope * slope * (along.length_squared() - rise * rise)
 }
 
-/// Returns true if no edge at vertex `v` is flat. Then no face there is flat either. Most single
-/// contact points are of this kind and need no further work.
+/// Returns true if no edge at vertex `v` is flat. Then no face at the vertex is flat either. Most
+/// contacts at a single point have only steep edges and need no further work.
 fn is_steep(polytope: &Polytope, v: u32, frame: &Frame, slope: f64) -> bool {
     let from = polytope.vertex(v);
     polytope.ring(v).iter().all(|spoke| !is_flat(polytope.vertex(spoke.neighbour) - from, frame, slope))

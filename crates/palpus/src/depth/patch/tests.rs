@@ -1,4 +1,4 @@
-//! Tests of the corners of flush overlaps with known results.
+//! Compares the corners of flush overlaps with known results.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -34,7 +34,7 @@ fn drum(sides: u32, radius: f64, half: f64) -> Polytope {
     solid(&(0..2 * sides).map(corner).collect::<Vec<_>>())
 }
 
-/// Returns the patch corners of two bodies that are apart, and their exact distance.
+/// Returns the patch corners of two separate bodies, and the exact distance of the bodies.
 fn corners(a: &Polytope, b: &Polytope, pose: &Pose) -> (Vec<Corner>, f64) {
     let place = pose.placement();
     let answer = march(a, b, &place, initial_features(a, b, &place));
@@ -97,7 +97,7 @@ fn tilted_block_has_a_gap_per_corner() {
 }
 
 #[test]
-fn edge_on_face_gives_two_corners_vertex_one() {
+fn edge_gives_two_corners_vertex_gives_one() {
     // The block stands on an edge along y.
     let turn = DQuat::from_rotation_y(FRAC_PI_4);
     let low = (HALF.x + HALF.z) * FRAC_PI_4.sin();

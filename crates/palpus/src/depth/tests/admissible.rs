@@ -7,8 +7,8 @@ use crate::depth::cso::Cso;
 use crate::depth::oracle::exhaustive_depth;
 use crate::depth::{AdmissibleDepth, AdmissibleScratch, admissible_depth};
 
-/// Returns an octahedron whose triangles are subdivided twice, with vertices moved in and out by
-/// `bumps`. Half of its edges are reflex.
+/// Returns an octahedron whose triangles are subdivided twice. Its vertices are moved in and out by
+/// up to `bumps`, so half of its edges are reflex.
 fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
     let axes = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y];
     let mut triangles: Vec<[DVec3; 3]> = Vec::new();
@@ -39,8 +39,8 @@ fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
     Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).unwrap()
 }
 
-/// Returns true if a cold walk ended at the global depth. If not, the admissible depth is also only
-/// a local minimum.
+/// Returns true if `walked` is the global depth. If it is not, the admissible depth is also only a
+/// local minimum.
 fn is_global([a, b]: [&OwnNormals<'_>; 2], placement: &Placement, walked: &Depth) -> bool {
     walked.depth - exhaustive_depth(a.polytope(), b.polytope(), placement).0 < 1e-9
 }
@@ -73,9 +73,9 @@ fn exhaustive(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f6
             let (axis_a, axis_b) = (along(a, arc_a.edge), along(b, arc_b.edge));
             let Some(n) = pose_ba.vector(axis_a).cross(axis_b).try_normalize() else { continue };
             for n in [n, -n] {
-                // The left face is on the left of the direction from tail to head. So the normal
-                // turns in the positive direction from the left face's normal to the right face's
-                // normal.
+                // The left face is to the left of the direction from tail to head. So the rotation
+                // about the edge from the left face's normal to the right face's normal is
+                // positive.
                 if between(a.ends(arc_a), axis_a, cso.toward_b(n)) && between(b.ends(arc_b), axis_b, n) {
                     least = least.min(h(n));
                 }
@@ -139,7 +139,7 @@ fn admissible_depth_of_convex_probe_is_continuous() {
     let (mut pairs, mut worst, mut jumps) = (0, 0.0_f64, 0);
     for _ in 0..60 {
         let own_b = ball.own_normals(rng.below(ball.pieces().len()) as u32);
-        // The probe rolls over the piece and always touches it.
+        // The probe rolls over the piece without losing contact.
         let middle = own_b.polytope().centroid();
         let (axis, start) = (rng.direction(), rotation(&mut rng));
         let along = rng.direction().cross(middle).normalize() * 0.3;
@@ -167,8 +167,8 @@ fn admissible_depth_of_convex_probe_is_continuous() {
             last = depth;
         }
     }
-    // A jump can occur where a normal becomes admissible at a vertex, if the normal lies on the arc
-    // of an edge between neighbouring pieces. The piece does not have that arc.
+    // A jump can occur when a normal becomes admissible at a vertex, if the normal lies on the
+    // arc of an edge between two neighbouring pieces. The piece itself does not have this arc.
     assert!(
         jumps <= pairs / 50_000 && pairs > 20_000,
         "{jumps} jumps of {pairs}, up to {worst} motions, seed {SEED:#x}"

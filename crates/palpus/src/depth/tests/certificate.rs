@@ -1,5 +1,5 @@
-//! Compares proofs with the exhaustive oracle, in a sweep over difficult poses. Also tests the
-//! effect of a reused memory.
+//! Compares proofs with the exhaustive oracle, in a sweep over difficult poses. Also tests proofs
+//! with reused memory.
 
 use super::*;
 use crate::collision::{StopReason, initial_features, march};
@@ -7,7 +7,7 @@ use crate::depth::oracle::exhaustive_depth;
 
 const SWEEP_SEED: u64 = 0x5eed_ce27;
 
-/// How a pose of a sweep is chosen.
+/// The kinds of poses in a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Random,
@@ -182,7 +182,7 @@ fn sweep(poses: u64) -> Sweep {
     while done < poses {
         let factors = [1.0, 1e-3, 1e3];
         let factor = factors[rng.below(3)];
-        // For containment, and for plates against needles, the two scales may differ.
+        // The two scales may differ, so that one body can contain the other.
         let other = if rng.below(4) == 0 { factor * [0.1, 1e-3][rng.below(2)] } else { factor };
         let (name_a, a) = &shapes[rng.below(shapes.len())];
         let (name_b, b) = &shapes[rng.below(shapes.len())];
@@ -190,7 +190,7 @@ fn sweep(poses: u64) -> Sweep {
         bench.memory.clear();
         let mut pose = sweep_pose(&mut rng, Kind::Random, &a, &b, &Pose::IDENTITY);
         for _ in 0..200 {
-            // Half of the poses are coherent, so coherent poses form sequences.
+            // Half of the poses are coherent, so several coherent poses often follow each other.
             let k = rng.below(2 * KINDS.len() - 2).min(KINDS.len() - 1);
             pose = sweep_pose(&mut rng, KINDS[k], &a, &b, &pose);
             let what = || {

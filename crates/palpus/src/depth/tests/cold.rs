@@ -7,7 +7,7 @@ use crate::depth::oracle::exhaustive_depth;
 
 #[test]
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
-fn cold_answers_are_valid_and_nearly_always_global() {
+fn answers_without_seed_are_nearly_always_global() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
     let mut scratch = DepthScratch::new();
@@ -26,8 +26,8 @@ fn cold_answers_are_valid_and_nearly_always_global() {
                 let answer = depth(a, b, &placement, &[], &mut scratch);
                 assert_identities(a, b, &placement, &answer, &what);
                 if exact < 0.0 {
-                    // The oracle tries facets only, and two bodies may be farther apart along
-                    // another normal.
+                    // The oracle tries only normals of facets, and two bodies may be farther apart
+                    // along another normal.
                     assert!(answer.depth <= 0.0, "{what}: {} deep, {exact} apart", answer.depth);
                     continue;
                 }
@@ -86,9 +86,9 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
         if exact >= 0.0 {
             assert!(answer.depth >= exact - 1e-12 * size, "{what}: {} below {exact}", answer.depth);
             assert_eq!(answer.stop, crate::collision::StopReason::Converged, "{what}");
-            // The end of a walk is a local minimum of h if the bodies have common points after the
-            // separation. Flush features may be tilted by `tilt`. Then a point that is off by x
-            // changes h only by x · `tilt`, which the walk cannot resolve below rounding.
+            // If the end of a walk is a local minimum of h, the bodies have common points after the
+            // separation. Flush features may be tilted by `tilt`. If a point then has an error x, h
+            // changes only by x · `tilt`. The walk cannot detect changes below rounding.
             let stray = 2e-9 + 3.0 * tilt.min(FLUSH_WITNESS) + 3e-14 / tilt.max(FLUSH_WITNESS);
             assert_points_on_bodies(a, b, &placement, &answer, stray, &what);
             total.add(answer.depth, exact, size);
@@ -125,7 +125,7 @@ fn moving_by_depth_separates_the_bodies_exactly() {
     }
 }
 
-/// Tests bodies whose faces are flat only within the merge distance, as the faces of meshes are.
+/// Tests bodies whose faces are flat only within the merge distance, like the faces of meshes.
 #[test]
 fn nearly_flat_faces_give_valid_depths() {
     rough_faces(SEED, 2500);
@@ -158,7 +158,7 @@ fn rough_faces(seed: u64, poses: u32) {
     for k in 0..poses {
         let (i, j) = (rng.below(bodies.len()), rng.below(bodies.len()));
         let (a, b) = (&bodies[i], &bodies[j]);
-        // In half of the poses, a face of a is flush with a face of b.
+        // In half of the poses, a face of body a is flush with a face of b.
         let mut pose = random_pose(&mut rng, a, b);
         if rng.below(2) == 0 {
             let (n, m) =
@@ -183,6 +183,6 @@ fn rough_faces(seed: u64, poses: u32) {
         }
     }
     assert!(total.share() < 0.02, "seed {seed:#x}: {} of {}", total.local, total.poses);
-    // At rough faces the overlaps of cones may be inconsistent each time the walk is resumed.
+    // At rough faces, the overlaps of cones may be inconsistent, and the walk then stalls.
     assert!(f64::from(stalls) <= 1e-3 * f64::from(poses), "seed {seed:#x}: {stalls} stalls");
 }

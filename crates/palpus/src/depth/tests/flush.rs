@@ -1,4 +1,4 @@
-//! Face on face, edge on face, and other contacts where many points could be the witness.
+//! Tests face on face, edge on face, and other contacts where many points could be the witness.
 
 use super::*;
 
@@ -15,7 +15,7 @@ fn assert_near(p: DVec3, q: DVec3) {
 }
 
 #[test]
-fn box_on_table_has_witness_at_middle_of_overlap() {
+fn box_on_table_has_witness_at_overlap_middle() {
     let (cup, table) = (cuboid(DVec3::splat(0.5)), cuboid(DVec3::new(2.0, 2.0, 0.1)));
     let answer = cold(&cup, &table, &Pose::from_translation(DVec3::new(0.3, -0.4, 0.59)));
     assert_near(answer.normal, DVec3::Z);
@@ -39,8 +39,8 @@ fn turning_box_keeps_its_witness() {
 }
 
 #[test]
-fn edge_on_face_has_witness_at_middle_of_overlap() {
-    // The box stands on an edge that runs along y and reaches beyond the table's rim.
+fn edge_on_face_has_witness_at_overlap_middle() {
+    // The box stands on an edge along y. This edge extends beyond the table's rim.
     let (tool, table) = (cuboid(DVec3::new(0.3, 1.0, 0.3)), cuboid(DVec3::new(2.0, 2.0, 0.5)));
     let low = 0.3 * std::f64::consts::SQRT_2;
     let turn = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_4);
@@ -63,12 +63,12 @@ fn identical_boxes_separate_along_thinnest_side() {
 }
 
 #[test]
-fn disk_on_disk_has_witness_at_middle_of_overlap() {
+fn disk_on_disk_has_witness_at_overlap_middle() {
     let (lid, pot) = (prism(60, 0.5, 0.1), prism(64, 1.0, 0.2));
     let answer = cold(&lid, &pot, &Pose::new(DQuat::from_rotation_z(0.2), DVec3::new(0.1, 0.2, 0.29)));
     assert_near(answer.point_b, DVec3::new(0.1, 0.2, 0.2));
-    // The two disks have more corners than the clip can hold. Then the witness is any point of the
-    // overlap.
+    // The two disks have more corners than the clip buffer can hold. The witness may then be any
+    // point of the overlap.
     let (lid, pot) = (prism(90, 0.5, 0.1), prism(100, 1.0, 0.2));
     let answer = cold(&lid, &pot, &Pose::from_translation(DVec3::new(0.1, 0.2, 0.29)));
     assert_near(answer.normal, DVec3::Z);
@@ -76,7 +76,7 @@ fn disk_on_disk_has_witness_at_middle_of_overlap() {
 
 #[test]
 fn crossing_plates_separate_along_shortest_direction() {
-    // A vertical plate crosses a horizontal one and reaches 0.2 below it.
+    // A vertical plate crosses a horizontal plate and extends 0.2 below it.
     let (tool, sheet) = (plate(4, 1.0), plate(4, 2.0));
     let turn = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
     let answer = cold(&tool, &sheet, &Pose::new(turn, DVec3::new(0.0, 0.0, 0.8)));

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Returns the folders of reference pairs. Empty if they do not exist beside this checkout.
+/// Returns the folders of reference pairs; empty if this checkout has no reference files beside it.
 fn reference_folders() -> Vec<std::path::PathBuf> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/convex");
     let Ok(entries) = std::fs::read_dir(root) else { return Vec::new() };

@@ -3,16 +3,16 @@
 use super::*;
 use crate::depth::oracle::exhaustive_depth;
 
-/// Returns a support point that moves smoothly with the direction. It is a mean of the vertices, in
-/// which higher vertices have a larger weight.
+/// Returns a support point that moves smoothly with the direction: a weighted mean of the vertices,
+/// with larger weights for higher vertices.
 fn soft_support(polytope: &Polytope, direction: DVec3) -> DVec3 {
     let weight = |v: &DVec3| (30.0 * direction.dot(*v - polytope.centroid()) / polytope.radius()).exp();
     let total: f64 = polytope.vertices().iter().map(weight).sum();
     polytope.vertices().iter().map(|v| *v * weight(v)).sum::<DVec3>() / total
 }
 
-/// Returns a pose at which the soft supports of a and b coincide and the offset along `normal` is
-/// `depth`. So the penetration depth is at most `depth`.
+/// Returns a pose at which the soft supports of bodies a and b coincide and the offset along
+/// `normal` is `depth`. So the penetration depth is at most `depth`.
 fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, depth: f64) -> Pose {
     let rest = soft_support(b, normal) - rotation * soft_support(a, rotation.conjugate() * -normal);
     let rested = Pose { rotation, translation: rest };
@@ -23,7 +23,7 @@ fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, dep
 
 #[test]
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
-fn warm_start_keeps_global_depth_while_rolling() {
+fn previous_answer_keeps_global_depth_while_rolling() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
     let mut scratch = DepthScratch::new();

@@ -1,4 +1,4 @@
-//! A quick test of a facet's hubs. It usually shows that no facet at these hubs is lower.
+//! A quick test of a facet's hubs, which usually shows that no facet at these hubs is lower.
 
 use glam::DVec3;
 
@@ -7,13 +7,13 @@ use super::super::cso::below;
 use super::view::{View, farthest_side};
 use crate::algebra::tolerance::FACET_SIDES;
 
-/// A quick test of a facet's hubs: the normals of one body alone may show that no facet at a hub is
-/// lower.
+/// A quick test of a facet's hubs. The normals of one body may already show that no facet at a hub
+/// is lower.
 ///
 /// A hub pair gives one vertex of the CSO. The directions along which this vertex has an offset of
-/// at least `bar` form a circular cone, which is convex. If this cone contains the normals of the
-/// faces at one body's vertex, it contains the whole normal cone of that vertex. It then also
-/// contains the overlap of the two normal cones, which is part of that normal cone.
+/// at least `bar` form a circular cone, which is convex. If the circular cone contains the
+/// normals of the faces at one body's vertex, it contains the whole normal cone of that vertex. The
+/// circular cone then also contains the overlap of both normal cones.
 pub(super) struct HubTest {
     pub(super) bar: f64,
     pub(super) doubt: Doubt,
@@ -65,9 +65,9 @@ impl HubTest {
         }
     }
 
-    /// Returns true if no normal at vertex `v` of p has an offset below the bar at the hubs of `v`
-    /// and the two ends of an edge of q (`tail` and `head`, in p's frame). For each normal, the hub
-    /// is the one with the end that supports the normal. The facet itself lies on the arc of p's
+    /// Returns true if no normal at vertex `v` of p has an offset below the bar. Tests the hubs of
+    /// `v` and the two ends of an edge of q (`tail` and `head`, in p's frame). For each normal,
+    /// tests the hub with the end that supports the normal. The facet itself lies on the arc of p's
     /// edge `own`.
     #[inline]
     fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
@@ -76,21 +76,22 @@ impl HubTest {
             return false;
         }
         let along = head - tail;
-        // The offset at the tail, and how much lower the offset at the head is. If the difference
-        // is negative, the head lies lower along the normal than the tail.
-        let sight = |face: u32| {
+        // Returns the offset at the tail, and the difference between the offsets at the tail and at
+        // the head. If the difference is negative, the head lies lower along the normal than the
+        // tail.
+        let offset_and_drop = |face: u32| {
             let plane = &planes[face as usize];
             (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
         };
         let mut last_face = ring.last().left;
-        let (mut last_offset, mut last_drop) = sight(last_face);
+        let (mut last_offset, mut last_drop) = offset_and_drop(last_face);
         for spoke in ring {
-            let (offset, drop) = sight(spoke.left);
+            let (offset, drop) = offset_and_drop(spoke.left);
             if offset - drop.min(0.0) < bar {
                 return false;
             }
-            // If different ends support two successive normals, the offset between the normals is
-            // least where the support changes from one end to the other.
+            // If different ends support two successive normals, the offset between these normals is
+            // least at the normal where the support changes from one end to the other.
             if offset.min(last_offset) < bar && drop * last_drop < 0.0 && spoke.edge != own {
                 let (here, there) = (last_drop.abs(), drop.abs());
                 let between = view.p.plane(spoke.left).normal * here + view.p.plane(last_face).normal * there;

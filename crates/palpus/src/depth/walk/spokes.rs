@@ -15,22 +15,23 @@ use crate::body::Polytope;
 pub(super) struct Met {
     pub(super) antipodal: Antipodal,
     pub(super) hub: HubPair,
-    /// Normal of the plane, from b into a and in b's frame; not unit. For an edge pair it is exact
-    /// only within rounding.
+    /// Normal of the plane, from body b into body a, in b's frame; not a unit vector. For an edge
+    /// pair, the normal is exact only within rounding.
     pub(super) normal: DVec3,
 }
 
-/// The lowest facet found so far that is below the bar.
+/// The lowest facet below the bar that was found so far.
 pub(super) struct Lowest {
     pub(super) bar: f64,
     pub(super) met: Option<Met>,
 }
 
-/// The spokes of a vertex of q, all of which lie below the supporting plane.
+/// The spokes of a vertex of q. All of them lie below the supporting plane, except the spoke
+/// `within`.
 pub(super) struct Spokes {
     vertex: u32,
     normal: DVec3,
-    /// The spoke that lies in the plane because its edge belongs to the facet; numbered by
+    /// The spoke that lies in the plane because its edge belongs to the facet, numbered by
     /// [`side_of`].
     within: u32,
 }
@@ -60,8 +61,8 @@ impl Spokes {
     pub(super) fn turn(&self, view: &View<'_>, edge: u32, face: u32, corner: u32, lowest: &mut Lowest) {
         let end = view.p.plane(face).normal;
         let (from, to, at) = (view.facing(self.normal), view.facing(end), view.q.vertex(self.vertex));
-        // The first spoke that the plane meets has the smallest fraction of the turn at which its
-        // height is zero.
+        // The plane meets each spoke after a fraction of the turn, when the spoke's height above
+        // the plane is zero. The first spoke is the one with the smallest fraction.
         let mut first: Option<u32> = None;
         let (mut below_by, mut rises_by) = (1.0, 0.0);
         for spoke in view.q.ring(self.vertex) {
@@ -92,15 +93,15 @@ impl Spokes {
     }
 }
 
-/// Returns `edge`. A plate has a front and a back edge along each side: for both of them, returns
-/// the front edge.
+/// Returns `edge`. On a plate, which has a front and a back edge along each side, returns the front
+/// edge of the side.
 #[inline]
 fn side_of(polytope: &Polytope, edge: u32) -> u32 {
     if polytope.is_flat() { edge % (polytope.edge_count() as u32 / 2) } else { edge }
 }
 
-/// Returns `edge`. For a plate, returns the front or back edge of the same side, whichever supports
-/// `direction`.
+/// Returns `edge`. On a plate, returns the front or the back edge along the side, whichever
+/// supports `direction`.
 #[inline]
 fn edge_toward(polytope: &Polytope, edge: u32, direction: DVec3) -> u32 {
     if !polytope.is_flat() {

@@ -1,5 +1,4 @@
-//! The two polytopes of a facet, as seen from the polytope with the face or edge on which the plane
-//! turns.
+//! The two polytopes of a facet, as seen from the polytope that has the facet's face or edge.
 
 use glam::DVec3;
 
@@ -7,9 +6,10 @@ use super::super::{Antipodal, HubPair};
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// The polytope p, on whose face or edge the plane turns, and the polytope q, whose vertices the
-/// plane meets. With this view each kind of facet needs one implementation for both orders of a and
-/// b. Normals point out of p and are in p's frame. Their opposites point out of q.
+/// The two polytopes of a walk. The supporting plane turns about an edge of p until it meets an
+/// edge at a vertex of q. With this view, each kind of facet needs only one implementation for both
+/// orders of bodies a and b. Normals point out of p and are in p's frame. Their opposites point
+/// out of q.
 pub(super) struct View<'v> {
     pub(super) p: &'v Polytope,
     pub(super) q: &'v Polytope,
@@ -25,8 +25,8 @@ impl View<'_> {
         -self.p_in_q.vector(normal)
     }
 
-    /// Returns the vertex of the CSO for vertex `v` of p and vertex `w` of q, in p's frame. Its
-    /// sign fits p's outward normals.
+    /// Returns the vertex of the CSO for vertex `v` of p and vertex `w` of q, in p's frame. The
+    /// sign is chosen so that p's outward normals point out of the CSO.
     #[inline]
     pub(super) fn vertex(&self, v: u32, w: u32) -> DVec3 {
         self.p.vertex(v) - self.q_in_p.point(self.q.vertex(w))

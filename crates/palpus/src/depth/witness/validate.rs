@@ -1,21 +1,21 @@
-//! Invariants of every depth answer, from whatever start it was found.
+//! Invariants of every depth answer, for any start of the search.
 //!
 //! 1. The normal has unit length, and `point_a = point_b − depth · normal`.
 //! 2. The depth is the overlap of the two supports along the normal.
-//! 3. The witness points lie in the supporting planes. The witness point on b is below the planes
-//!    of the faces around b's support vertex.
+//! 3. The witness points lie in the supporting planes. The witness point on b is below the
+//!    planes of the faces around b's support vertex.
 
 use super::super::Depth;
 use super::super::cso::Cso;
 use crate::algebra::tolerance::{FLUSH_WITNESS, OFFSET_SLACK, PROOF_ROUNDING, VALIDATED_ANSWERS, WELL_FORMED_ROUNDING};
 
-/// An invariant that an answer breaks.
+/// A broken invariant of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(in crate::depth) enum DepthFault {
     /// The normal is not unit, or `point_a − point_b` is not `−depth · normal`.
     #[error("point_a - point_b differs from -depth * normal by {0:e}")]
     Points(f64),
-    /// The supports along the normal overlap by a length other than the depth.
+    /// The overlap of the supports along the normal is not equal to the depth.
     #[error("the depth is {depth:e}, but the supports along the normal overlap by {gap:e}")]
     Gap {
         /// Depth of the answer (length unit of the polytopes).
@@ -30,8 +30,8 @@ pub(in crate::depth) enum DepthFault {
 
 impl Depth {
     /// Returns true for one answer in [`VALIDATED_ANSWERS`]. The last bits of the depth decide, so
-    /// the choice is the same in every run. Returns false for an answer that is not finite: for a
-    /// pose that is not finite, a query only guarantees not to panic.
+    /// the choice is the same in every run. Returns false for an answer that is not finite. If the
+    /// pose is not finite, a query guarantees only that it does not panic.
     pub(in crate::depth) fn is_sampled(&self) -> bool {
         let is_finite = self.point_a.is_finite() && self.point_b.is_finite() && self.depth.is_finite();
         is_finite && self.depth.to_bits().is_multiple_of(VALIDATED_ANSWERS)

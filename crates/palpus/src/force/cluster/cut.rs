@@ -1,4 +1,4 @@
-//! Step 4 of the clustering: groups whose normals do not fit into one cone are cut.
+//! Step 4 of the clustering: cuts groups whose normals do not fit into one cone.
 
 use glam::DVec3;
 
@@ -7,8 +7,8 @@ use crate::algebra::tolerance::CAP_STEPS;
 use crate::detect::Contact;
 
 impl Linkage {
-    /// Step 4: labels the members of each group by the cone that they fall into; returns how many
-    /// groups were cut.
+    /// Step 4: labels each member of each group with its cone. Returns the number of groups that
+    /// were cut.
     pub(super) fn cut(&mut self, contacts: &[Contact], cos_half: f64) -> u32 {
         let mut cut_groups = 0;
         for group in 0..self.len() {
@@ -62,10 +62,10 @@ impl Linkage {
 
 /// Returns true if the normals fit into a cone of the given half opening.
 ///
-/// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and
-/// Clarkson's smallest enclosing ball, on the sphere), so that the result depends on the set of
-/// normals, not on how many contacts share a normal. Two normals farther apart than the whole
-/// opening end the search at once.
+/// The search moves the cone's axis from the mean normal toward the farthest normal in ever shorter
+/// steps (Bădoiu and Clarkson's smallest enclosing ball, on the sphere). So the result depends on
+/// the set of normals, not on the number of contacts with the same normal. If two normals differ by
+/// more than the whole opening, the search ends at once.
 pub(super) fn fits_a_cone(ranks: &[u32], normals: &[DVec3], cos_half: f64) -> bool {
     let normal = |&rank: &u32| normals[rank as usize];
     let Some(first) = ranks.first().map(normal) else { return true };

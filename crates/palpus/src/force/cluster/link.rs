@@ -1,11 +1,11 @@
-//! Steps 3 and 5 of the clustering: midpoints nearer than the radius, found by a grid of cells.
+//! Steps 3 and 5 of the clustering: a grid of cells finds midpoints nearer than the radius.
 
 use glam::DVec3;
 
 use super::Linkage;
 use crate::algebra::tolerance::CLUSTER_CELLS;
 
-/// Grid cell of a contact; sorting puts the contacts of one cell side by side.
+/// Grid cell of a contact. Sorting makes the contacts of one cell adjacent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Cell {
     label: u32,
@@ -20,21 +20,21 @@ pub(super) struct Run {
     key: u64,
     start: u32,
     end: u32,
-    /// All of them are linked with one another.
+    /// True if all contacts of the cell are already linked.
     whole: bool,
 }
 
-/// Bits of a cell's key for each axis.
+/// Number of bits per axis in a cell's key.
 const AXIS_BITS: u32 = 21;
 
-/// Rows of cells along z that hold the forward half of the cells within two of a cell, as (x, y)
-/// offsets. A cell's diagonal is δ, its side δ/√3, so a distance below δ reaches at most two cells
-/// along each axis.
+/// The (x, y) offsets of the rows along z that contain the forward half of a cell's neighbours. A
+/// cell's diagonal is δ and its side is δ/√3, so a distance below δ spans at most two cells along
+/// each axis.
 const ROWS: [(i64, i64); 13] =
     [(0, 0), (0, 1), (0, 2), (1, -2), (1, -1), (1, 0), (1, 1), (1, 2), (2, -2), (2, -1), (2, 0), (2, 1), (2, 2)];
 
 impl Linkage {
-    /// Steps 3 and 5: components of "nearer than `radius` and of one label".
+    /// Steps 3 and 5: joins contacts with equal labels whose midpoints are nearer than `radius`.
     pub(super) fn link(&mut self, radius: f64) {
         self.parents.clear();
         self.parents.extend(0..self.order.len() as u32);
@@ -48,15 +48,15 @@ impl Linkage {
         }
         for (dx, dy) in ROWS {
             let offset = (dx << (2 * AXIS_BITS)) + (dy << AXIS_BITS);
-            // In the cell's own row, start at the next cell; in other rows, two cells back. Always
-            // end two cells ahead.
+            // In the cell's own row, start at the next cell. In other rows, start two cells back.
+            // Always end two cells ahead.
             let back = if offset == 0 { 1 } else { -2 };
             let mut first = 0;
             for r in 0..self.runs.len() {
                 let Run { label, key, .. } = self.runs[r];
                 let from = (label, key.wrapping_add_signed(offset + back));
                 let to = (label, key.wrapping_add_signed(offset + 2));
-                // Both runs and their targets ascend, so `first` never has to go back.
+                // Runs and the cells that they search ascend, so `first` never decreases.
                 while first < self.runs.len() && (self.runs[first].label, self.runs[first].key) < from {
                     first += 1;
                 }
@@ -69,8 +69,8 @@ impl Linkage {
         }
     }
 
-    /// Sorts the contacts into cells. Midpoints beyond the grid share its outermost cells, which is
-    /// slower, not wrong: every link is tested.
+    /// Sorts the contacts into cells. Midpoints outside the grid go into its outermost cells. Such
+    /// large cells are slower but not wrong, because all distances in a cell are compared.
     fn fill_cells(&mut self, radius: f64) {
         let low = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let per_metre = 3f64.sqrt() / radius;
@@ -99,7 +99,8 @@ impl Linkage {
             whole &= self.try_link(start, k, near);
         }
         if !whole {
-            // Only in an outermost cell, or where rounding moved a midpoint across a wall.
+            // This happens only in an outermost cell, or if rounding moved a midpoint across a cell
+            // wall.
             for j in start + 1..end {
                 for k in j + 1..end {
                     self.try_link(j, k, near);
@@ -124,8 +125,8 @@ impl Linkage {
         }
     }
 
-    /// Links the contacts in places `j` and `k` of `cells` if they are near; returns true if they
-    /// are.
+    /// Links the contacts at indices `j` and `k` of `cells` if they are near. Returns true if they
+    /// are near.
     fn try_link(&mut self, j: u32, k: u32, near: f64) -> bool {
         let (first, second) = (self.cells[j as usize].rank, self.cells[k as usize].rank);
         let linked = self.points[first as usize].distance_squared(self.points[second as usize]) < near; // Eq. 2

@@ -1,11 +1,11 @@
 //! Validation of the clusters' invariants.
 //!
-//! 1. Partition: each admitted contact is in one cluster. Clusters are not empty. Their members are
-//!    in order, and the clusters are ordered by their first members.
-//! 2. Eq. 2: two contacts of one label nearer than the radius are in one cluster. This is checked
-//!    only in runs of few contacts, since the check is quadratic.
-//! 3. Cones: all members of a cluster have one label; with a split angle, their normals fit into
-//!    one cone.
+//! 1. Partition: each admitted contact is in exactly one cluster. No cluster is empty. The
+//!    members of a cluster are in canonical order, and clusters are ordered by their first members.
+//! 2. Eq. 2: two contacts with equal labels and nearer than the radius are in one cluster. The
+//!    check is quadratic, so it runs only if there are few contacts.
+//! 3. Cones: all members of a cluster have the same label. If a split angle is set, their normals
+//!    fit into one cone.
 
 use super::cut::fits_a_cone;
 use super::{Linkage, LinkageSettings};
@@ -14,11 +14,12 @@ use crate::algebra::tolerance::VALIDATED_CONTACTS;
 /// A broken invariant of clusters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum ClusterFault {
-    /// The clusters' ranges do not follow each other over all admitted contacts, or one is empty.
-    #[error("the clusters do not cover the {0} contacts one after the other")]
+    /// The ranges of the clusters do not cover all admitted contacts without gaps, or a range is
+    /// empty.
+    #[error("the clusters do not cover all {0} contacts without gaps")]
     Ranges(usize),
-    /// A cluster's members are not in canonical order, or one was gathered for another cluster.
-    #[error("cluster {0} has members out of order, or those of another")]
+    /// The members of a cluster are not in canonical order, or a member belongs to another cluster.
+    #[error("cluster {0} has members out of order, or members of another cluster")]
     Members(usize),
     /// Contacts nearer than the radius are in different clusters.
     #[error("contacts of ranks {0} and {1} are nearer than the radius and in different clusters")]
@@ -44,8 +45,8 @@ impl Linkage {
         Ok(())
     }
 
-    /// Steps 1 and 3 for one cluster. Each rank was gathered for one cluster only, so no rank is in
-    /// two.
+    /// Rules 1 and 3 for one cluster. Each rank was gathered for one cluster only, so no rank is in
+    /// two clusters.
     fn validate_cluster(&self, cluster: usize, settings: &LinkageSettings) -> Result<(), ClusterFault> {
         let ranks = &self.ranks[self.range(cluster)];
         let ascend = ranks.windows(2).all(|pair| pair[0] < pair[1]);
@@ -61,14 +62,14 @@ impl Linkage {
         }
         let Some(angle) = settings.split_angle else { return Ok(()) };
         let cos_half = (0.5 * angle).cos();
-        // The axis of a cut cone is the normal of its first contact, which may be in another
+        // The axis of a cone is the normal of its first contact. That contact may be in another
         // cluster now.
         let axis = self.normals[label as usize];
         let led = ranks.iter().all(|&rank| rank == label || self.normals[rank as usize].dot(axis) >= cos_half);
         if led || fits_a_cone(ranks, &self.normals, cos_half) { Ok(()) } else { Err(ClusterFault::Cone(cluster)) }
     }
 
-    /// Step 2.
+    /// Rule 2.
     fn validate_linked(&self, radius: f64) -> Result<(), ClusterFault> {
         for (i, first) in self.points.iter().enumerate() {
             for (j, second) in self.points.iter().enumerate().skip(i + 1) {
@@ -128,7 +129,7 @@ mod tests {
             let near = fault(&|linkage| {
                 let [one, other] = [0, linkage.starts[cluster]].map(|at| linkage.ranks[at as usize] as usize);
                 linkage.points[one] = linkage.points[other];
-                // Checked as if no group had been cut.
+                // Removes the cut.
                 linkage.labels.fill(0);
                 linkage.normals.fill(DVec3::Z);
             });

@@ -1,4 +1,4 @@
-//! Friction of blocks, and of many contacts, with known results.
+//! Tests friction of blocks and of many contacts against known results.
 
 use super::super::represent;
 use super::super::testing::{Random, contact};
@@ -33,7 +33,8 @@ fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, norm
     tracker.grips().iter().map(|grip| grip.force).sum()
 }
 
-/// The lowest point of a block that stands at `x` on the plane z = 0.
+/// Returns the contact at the lowest point of a block that stands at `x` on the plane z = 0, and
+/// the block's pose.
 fn block(x: DVec3) -> (Contact, Pose) {
     (contact((3, 8), x, DVec3::Z, 0.0), Pose::from_translation(x))
 }
@@ -47,13 +48,14 @@ fn drag(tracker: &mut FrictionTracker, x: f64) -> f64 {
 fn a_dragged_block_sticks_then_slides_then_sticks_again() {
     let mut tracker = FrictionTracker::new(8);
     assert_eq!(drag(&mut tracker, 0.02), 0.0);
-    // Elastic up to μ_s F_n / k_t = 1 mm.
+    // The spring is elastic up to μ_s F_n / k_t = 1 mm.
     for k in 1..=9 {
         let z = 1e-4 * f64::from(k);
         assert!((drag(&mut tracker, 0.02 + z) + 1000.0 * z).abs() < 1e-9);
         assert!(!tracker.adhesions()[0].sliding);
     }
-    // Beyond that it slides: the force falls from μ_s F_n to μ_d F_n over the next millimetre.
+    // Beyond that the block slides: the force falls from μ_s F_n to μ_d F_n over the next
+    // millimetre.
     let mut last = 1.0;
     for k in 11..=40 {
         let force = -drag(&mut tracker, 0.02 + 1e-4 * f64::from(k));
@@ -61,14 +63,14 @@ fn a_dragged_block_sticks_then_slides_then_sticks_again() {
         last = force;
     }
     assert!((last - 0.6).abs() < 1e-9);
-    // When it stops it sticks, and from here it sticks up to the static limit.
+    // When the block stops, it sticks again, up to the static limit.
     assert!((drag(&mut tracker, 0.024) + 0.6).abs() < 1e-9);
     assert!(!tracker.adhesions()[0].sliding);
     assert!((drag(&mut tracker, 0.0243) + 0.9).abs() < 1e-9);
-    // Turning back unloads the same spring, through zero.
+    // Backward motion unloads the same spring, through zero.
     assert!((drag(&mut tracker, 0.0240) + 0.6).abs() < 1e-9);
     assert!((drag(&mut tracker, 0.0230) - 0.4).abs() < 1e-9);
-    // With less load, a sticking contact slides at once.
+    // If the load decreases, a sticking contact slides at once.
     let (contact, pose) = block(DVec3::X * 0.0230);
     for held in [0.05, 0.03] {
         assert!((tick(&mut tracker, &[contact], pose, 0.1).x - held).abs() < 1e-12);
@@ -102,13 +104,13 @@ fn the_friction_cone_holds_for_any_stream_of_contacts() {
 }
 
 #[test]
-fn a_million_ticks_of_trembling_do_not_move_a_block() {
+fn a_million_ticks_of_tremor_do_not_move_a_block() {
     let mut random = Random::new(SEED ^ 1);
     let mut tracker = FrictionTracker::new(8);
     drag(&mut tracker, 0.1);
     let pushed = drag(&mut tracker, 0.1005);
     for _ in 0..1_000_000 {
-        // Pressed and released, tilted and moved, below the static limit.
+        // The block is pressed and released, tilted and moved, always below the static limit.
         let x = DVec3::new(0.1005, 0.0, 0.0) + random.point(3e-4) * DVec3::new(1.0, 1.0, 2.0);
         let (contact, pose) = block(x);
         tick(&mut tracker, &[contact], pose, NORMAL_FORCE);
@@ -137,14 +139,14 @@ fn a_cluster_is_as_stiff_and_as_strong_as_one_contact() {
 }
 
 #[test]
-fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
+fn next_piece_takes_over_the_strain() {
     let mut tracker = FrictionTracker::new(8);
     drag(&mut tracker, 0.0);
     let before = drag(&mut tracker, 5e-4);
     let (mut next, pose) = block(DVec3::X * 5e-4);
     next.piece_b = 9;
     assert!((tick(&mut tracker, &[next], pose, NORMAL_FORCE).x - before).abs() < 1e-12);
-    // Too far away, and with too different a normal, to be the same contact.
+    // This contact is too far away, and its normal differs too much, to take over the strain.
     next.piece_b = 10;
     let far = Contact { point_a: next.point_a + DVec3::Y, point_b: next.point_b + DVec3::Y, ..next };
     assert_eq!(tick(&mut tracker.clone(), &[far], pose, NORMAL_FORCE), DVec3::ZERO);
@@ -166,8 +168,9 @@ fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
     assert_eq!(tick(&mut tracker, &[next], pose, NORMAL_FORCE), DVec3::ZERO);
 }
 
-/// The corners of a square patch, `reach` from its middle, turned by `angle` about the normal and
-/// moved by `along`: the friction on a, and its torque about the middle.
+/// Moves a square patch by `along` and turns it by `angle` about its normal; its corners are at
+/// distance `reach` from its middle. Returns the friction force on a and its torque about the
+/// middle.
 fn turn(tracker: &mut FrictionTracker, reach: f64, angle: f64, along: DVec3) -> (DVec3, f64) {
     let pose = Pose::new(DQuat::from_rotation_z(angle), along);
     let corners: Vec<Contact> = (0..4)
@@ -186,11 +189,11 @@ fn corners_resist_twisting_up_to_their_load() {
     let most = NORMAL_FORCE * reach;
     let mut tracker = FrictionTracker::new(8);
     assert_eq!(turn(&mut tracker, reach, 0.0, DVec3::ZERO), (DVec3::ZERO, 0.0));
-    // Elastic up to the static limit.
+    // The spring is elastic up to the static limit.
     let limit = SETTINGS.static_coefficient * NORMAL_FORCE / SETTINGS.tangential_stiffness / reach;
     let (_, torque) = turn(&mut tracker, reach, 0.9 * limit, DVec3::ZERO);
     assert!((torque / (0.9 * SETTINGS.static_coefficient * most) + 1.0).abs() < 1e-3, "{torque}");
-    // Beyond that it slides around at the dynamic limit, for any number of turns.
+    // Beyond that the patch slides around at the dynamic limit, for any number of turns.
     for k in 2..200 {
         let (_, torque) = turn(&mut tracker, reach, limit * f64::from(k), DVec3::ZERO);
         if k > 4 {
@@ -198,13 +201,13 @@ fn corners_resist_twisting_up_to_their_load() {
             assert!(tracker.adhesions()[0].sliding);
         }
     }
-    // At rest it sticks where it stopped.
+    // At rest the patch sticks where it stopped.
     let (_, held) = turn(&mut tracker, reach, limit * 199.0, DVec3::ZERO);
     assert!((held / (SETTINGS.dynamic_coefficient * most) + 1.0).abs() < 1e-3 && !tracker.adhesions()[0].sliding);
 }
 
 #[test]
-fn what_is_pushed_along_turns_easily() {
+fn sliding_patch_turns_easily() {
     // A patch that spins while it slides is braked less than a patch that spins in place.
     let (reach, slide) = (0.05, DVec3::X * 5e-5);
     let most = SETTINGS.dynamic_coefficient * NORMAL_FORCE;
@@ -224,9 +227,9 @@ fn what_is_pushed_along_turns_easily() {
 }
 
 #[test]
-fn a_crowded_contact_holds_as_stiffly_as_its_share() {
-    // With smooth clustering, the largest strain is the same for any share, so that k contacts at
-    // one place hold as much as one.
+fn load_share_sets_the_tangential_stiffness() {
+    // With load sharing, the largest strain does not depend on the share. So k contacts at one
+    // place hold the same force as one contact.
     let shift = DVec3::X * 4e-4;
     let held = |share: f64| {
         let mut tracker = FrictionTracker::new(8);
@@ -255,7 +258,7 @@ fn a_crowded_contact_holds_as_stiffly_as_its_share() {
 }
 
 #[test]
-fn turning_everything_turns_the_friction() {
+fn rotating_the_scene_rotates_the_friction() {
     let mut random = Random::new(SEED ^ 2);
     for round in 0..20 {
         let scene = random.pose(0.5);

@@ -1,4 +1,5 @@
-//! Tilt shares against exterior angles, counted areas and the promises of the module.
+//! Compares tilt shares with exterior angles, with counted areas, and with the claims of the
+//! module's description.
 
 use super::super::testing::Random;
 use super::*;
@@ -35,13 +36,13 @@ fn corners_count_by_exterior_angle() {
     close(&shares(&[at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.0)]), &[0.5; 2]);
     let box_corners = [at(0.0, 0.0, 0.0), at(0.04, 0.0, 0.0), at(0.04, 0.01, 0.0), at(0.0, 0.01, 0.0)];
     close(&shares(&box_corners), &[0.25; 4]);
-    // A right angle and two of 45°.
+    // A triangle with one angle of 90° and two angles of 45°.
     let triangle = [at(0.0, 0.0, 0.0), at(0.01, 0.0, 0.0), at(0.0, 0.01, 0.0)];
     close(&shares(&triangle), &[0.25, 0.375, 0.375]);
 }
 
 #[test]
-fn inner_and_double_contacts_count_for_nothing() {
+fn inner_and_double_contacts_have_no_share() {
     let flat = [
         at(0.0, 0.0, 0.0),
         at(0.04, 0.0, 0.0),
@@ -55,19 +56,19 @@ fn inner_and_double_contacts_count_for_nothing() {
 }
 
 #[test]
-fn a_face_in_two_pieces_is_borne_by_its_rim() {
+fn rim_bears_a_face_of_two_pieces() {
     let half = |x: f64, piece: u32| {
         [(x, 0.0), (x + 0.02, 0.0), (x + 0.02, 0.02), (x, 0.02)]
             .map(|(x, y)| Tilted { pieces: [0, piece], ..at(x, y, 0.0) })
     };
     let [near, beside, far] = [half(0.0, 1), half(0.02, 2), half(0.03, 3)];
     close(&shares(&[near, beside].concat()), &[0.25, 0.0, 0.0, 0.25, 0.0, 0.25, 0.25, 0.0]);
-    // Two feet that stand apart have four corners each.
+    // Two separate feet have four corners each.
     close(&shares(&[near, far].concat()), &[0.25; 8]);
 }
 
 #[test]
-fn other_directions_count_by_themselves() {
+fn contacts_of_other_directions_are_independent() {
     let mut corner = [at(0.0, 0.0, 0.0), at(0.01, 0.0, 0.0)];
     corner[1].direction = DVec3::X;
     close(&shares(&corner), &[1.0, 1.0]);
@@ -76,8 +77,8 @@ fn other_directions_count_by_themselves() {
 }
 
 #[test]
-fn a_deep_contact_keeps_its_share_from_those_without_load() {
-    // A crown of 0.02 mm over 20 mm: corners lie above the top.
+fn unloaded_contacts_take_no_share() {
+    // A crowned face, 0.02 mm high over 20 mm: its corners lie above its top.
     let mut crown = [at(0.0, 0.0, 0.0); 5];
     for (k, corner) in crown.iter_mut().skip(1).enumerate() {
         let sign = |bit: usize| if k >> bit & 1 == 1 { 0.01 } else { -0.01 };
@@ -86,7 +87,7 @@ fn a_deep_contact_keeps_its_share_from_those_without_load() {
     }
     crown[0].engagement = 2e-5;
     assert!((shares(&crown)[0] - 1.0).abs() < 1e-12);
-    // Loaded alike, the corners bear nearly all.
+    // If all contacts have equal loads, the corners bear nearly the whole load.
     crown.iter_mut().for_each(|contact| contact.engagement = 1e-3);
     assert!(shares(&crown)[0] < 0.01);
 }
@@ -127,7 +128,7 @@ fn shares_of_a_patch_sum_to_one_and_turn_with_it() {
     }
 }
 
-/// Points of a grid in the disc that are in the cell, by the definition.
+/// Returns the fraction of the points of a grid in the disc that are in the cell by its definition.
 fn counted(i: usize, contacts: &[Tilted]) -> f64 {
     const SIDE: i32 = 400;
     let (mut inside, mut all) = (0, 0);

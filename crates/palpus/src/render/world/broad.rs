@@ -1,9 +1,9 @@
 //! Finds the bodies that may be near each other, by sweep and prune: axis-aligned boxes are sorted
 //! along x.
 //!
-//! The order changes little from tick to tick, so insertion sort takes linear time. A box has a
-//! margin, and is computed again when its body leaves the margin. While no box changes, the pairs
-//! do not change.
+//! The order changes little from tick to tick, so insertion sort takes nearly linear time. Each box
+//! has a margin. A box is computed again only when its body leaves the margin, and pairs are
+//! searched again only when a box has changed.
 
 use glam::DVec3;
 
@@ -14,17 +14,17 @@ use crate::body::Aabb;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Broad {
     boxes: Vec<Aabb>,
-    /// Pose of each body when its box was made, and the box's margin, m.
+    /// Pose of each body when its box was computed, and the box's margin, m.
     made: Vec<(Pose, f64)>,
-    /// True if a box has changed since pairs were last searched.
+    /// True if a box has changed since the last search for pairs.
     is_stale: bool,
     there: Vec<bool>,
-    /// Bodies by the low end of their boxes.
+    /// Bodies in the order of the low ends of their boxes.
     order: Vec<u32>,
 }
 
 impl Broad {
-    /// Room for one body more.
+    /// Allocates memory for another body.
     pub(super) fn add(&mut self) {
         self.order.push(self.boxes.len() as u32);
         self.boxes.push(Aabb { min: DVec3::ZERO, max: DVec3::ZERO });
@@ -32,12 +32,12 @@ impl Broad {
         self.there.push(false);
     }
 
-    /// Returns true if the box of body `i` at `pose` still contains everything within `margin` (m)
-    /// of the body. No point of its mesh is farther than `radius` (m) from its frame's origin.
+    /// Returns true if the box of body `i` at `pose` still contains everything within `margin`
+    /// (m) of the body. No point of its mesh is farther than `radius` (m) from its frame's origin.
     pub(super) fn holds(&self, i: usize, pose: &Pose, radius: f64, margin: f64) -> bool {
         let (made_at, made_with) = &self.made[i];
-        // A point of the circle moves 2 r sin(θ/2), which is at most 4 r sin(θ/4); unit quaternions
-        // are 2 sin(θ/4) apart.
+        // A rotation by θ moves a point at radius r by 2 r sin(θ/2), which is at most 4 r sin(θ/4).
+        // The distance of the unit quaternions is 2 sin(θ/4).
         let turned = 2.0 * (pose.rotation - made_at.rotation).length() * radius;
         self.there[i] && (pose.translation - made_at.translation).length() + turned + margin <= *made_with
     }
@@ -47,8 +47,7 @@ impl Broad {
         std::mem::replace(&mut self.is_stale, false)
     }
 
-    /// Sets the box of body `i` at `pose`: its mesh lies within `bounds` (its own frame), and the
-    /// box is larger by `margin` (m).
+    /// Sets the box of body `i` at `pose`: the body's `bounds` (in its frame) plus `margin` (m).
     pub(super) fn put(&mut self, i: usize, bounds: &Aabb, pose: &Pose, margin: f64) {
         let placement = pose.placement();
         let center = placement.point(0.5 * (bounds.min + bounds.max));
@@ -108,7 +107,7 @@ mod tests {
     const SEED: u64 = 0xb40a_0001;
 
     #[test]
-    fn a_kept_box_holds_all_that_is_within_the_margin() {
+    fn kept_box_contains_everything_within_the_margin() {
         const MARGIN: f64 = 0.1;
         let mut random = Random::new(SEED);
         let mut broad = Broad::default();
@@ -141,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn it_finds_what_looking_at_all_pairs_finds() {
+    fn pairs_equal_an_exhaustive_search() {
         let mut random = Random::new(SEED);
         let mut broad = Broad::default();
         let count = 40;

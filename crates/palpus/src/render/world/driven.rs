@@ -1,17 +1,18 @@
-//! A body that a host moves, at its own rate: a robot's link at 60 or 500 Hz, a conveyor.
+//! A body that a host program moves at the host's rate, such as a robot's link at 60 or 500 Hz, or
+//! a conveyor.
 //!
-//! The host sends pose and velocity at its own rate. Between updates the body moves on, so that no
-//! update is felt as a step:
+//! The host sends updates of pose and velocity. Between updates the body moves on, so that the hand
+//! feels no update as a step:
 //!
-//! 1. *Chase*: the body moves from the pose and velocity of the last step to the extrapolated pose
-//!    of the update, within [`CHASE`] times the interval between the last two updates. Position and
-//!    velocity are continuous (Hermite's cubic). If the host's body moves at constant velocity, the
-//!    body follows it exactly.
-//! 2. *Continue* with the update's velocity until the next update.
-//! 3. *Stop*: without an update for [`DRIVEN_PATIENCE`], the body slows down to rest within the
-//!    same time again.
+//! 1. *Chase*: the body moves from its pose and velocity in the last step to the extrapolated
+//!    pose of the update. The chase takes [`CHASE`] times the interval between the last two
+//!    updates. Position and velocity are continuous (Hermite's cubic). At a constant velocity, the
+//!    body follows the host exactly.
+//! 2. *Continue*: the body keeps the update's velocity until the next update.
+//! 3. *Stop*: if no update comes for [`DRIVEN_PATIENCE`], the body slows down and stops after
+//!    another [`DRIVEN_PATIENCE`].
 //!
-//! A tick's velocity takes the body exactly to its next pose, so that it agrees with the implicit
+//! The velocity of a tick moves the body exactly to its next pose, so it agrees with the implicit
 //! step.
 
 use glam::{DQuat, DVec3};
@@ -19,46 +20,47 @@ use glam::{DQuat, DVec3};
 use crate::algebra::tolerance::{DRIVEN_PATIENCE, DRIVEN_PERIOD};
 use crate::algebra::{Pose, Twist, rotation_between};
 
-/// Length of the chase, as a share of the time between two updates. With 1 the body needs ten times
-/// the host's acceleration; with 2 it lags a hand's swing at 60 Hz by a millimetre.
+/// Duration of the chase, relative to the interval between two updates. With 1, the body needs ten
+/// times the host's acceleration. With 2, it lags a hand's swing at 60 Hz by a millimetre.
 const CHASE: f64 = 1.5;
 
-/// See the module's description. Twists are of the frame's origin.
+/// See the module's description. The linear part of a twist is the velocity of the frame's origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Driven {
     /// Pose after the last step, and the velocity in that step.
     next: (Pose, Twist),
-    /// s: the length of the last step.
+    /// Length of the last step, s.
     step: f64,
-    /// Start of the chase, and its time after the last update (s).
+    /// Pose and velocity at the start of the chase.
     from: (Pose, Twist),
+    /// Time from the last update to the start of the chase, s.
     begins: f64,
     /// The last update.
-    said: (Pose, Twist),
-    /// s since the last update.
+    last: (Pose, Twist),
+    /// Time since the last update, s.
     since: f64,
-    /// s: the duration of the chase.
+    /// Duration of the chase, s.
     lasts: f64,
 }
 
 impl Driven {
-    /// At rest.
+    /// Returns a body at rest.
     pub(super) fn at(pose: Pose) -> Self {
         let still = (pose, Twist::default());
-        Self { next: still, step: 0.0, from: still, begins: 0.0, said: still, since: 0.0, lasts: DRIVEN_PERIOD }
+        Self { next: still, step: 0.0, from: still, begins: 0.0, last: still, since: 0.0, lasts: DRIVEN_PERIOD }
     }
 
-    /// Takes an update of the host: the body's present pose and velocity.
-    pub(super) fn say(&mut self, pose: Pose, velocity: Twist) {
+    /// Stores an update of the host: the body's present pose and velocity.
+    pub(super) fn update(&mut self, pose: Pose, velocity: Twist) {
         let lasts =
-            if self.said.1 == Twist::default() && self.since > DRIVEN_PATIENCE { DRIVEN_PERIOD } else { self.since };
+            if self.last.1 == Twist::default() && self.since > DRIVEN_PATIENCE { DRIVEN_PERIOD } else { self.since };
         *self = Self {
-            // The implicit step assumed this pose, one step after the last update.
+            // The implicit step assumed that the body would reach this pose.
             from: self.next,
             begins: self.step,
-            said: (pose, velocity),
+            last: (pose, velocity),
             since: 0.0,
-            // Two updates in one tick are one.
+            // Two updates in one tick count as one.
             lasts: if lasts > 0.0 { CHASE * lasts.min(DRIVEN_PATIENCE) } else { self.lasts },
             ..*self
         };
@@ -84,28 +86,28 @@ impl Driven {
 
     /// Returns true if the last update is older than [`DRIVEN_PATIENCE`].
     pub(super) fn is_overdue(&self) -> bool {
-        self.since > DRIVEN_PATIENCE && self.said.1 != Twist::default()
+        self.since > DRIVEN_PATIENCE && self.last.1 != Twist::default()
     }
 
-    /// The pose extrapolated to `since` s after the last update. If it is not finite (a host may
-    /// send a velocity of any size), the update's pose.
+    /// Returns the pose at `since` s after the last update. If it is not finite (a host may send
+    /// any velocity), returns the update's pose.
     fn pose(&self, since: f64) -> Pose {
         let pose = self.on_the_way(since);
-        if pose.is_valid() { pose } else { self.said.0 }
+        if pose.is_valid() { pose } else { self.last.0 }
     }
 
-    /// Steps 1 to 3 of the module's description.
+    /// Runs steps 1 to 3 of the module's description.
     fn on_the_way(&self, since: f64) -> Pose {
         let ends_at = self.begins + self.lasts;
         if since >= ends_at {
-            return self.said_then(since);
+            return self.extrapolated(since);
         }
-        let end = self.said_then(ends_at);
-        let ((from, begins), (_, ends)) = (self.from, self.said);
+        let end = self.extrapolated(ends_at);
+        let ((from, begins), (_, ends)) = (self.from, self.last);
         let turn = rotation_between(from.rotation, end.rotation);
         let share = ((since - self.begins) / self.lasts).max(0.0);
         let cubic = |way: DVec3, begins: DVec3, ends: DVec3| {
-            // Hermite's cubic from 0 to `way`.
+            // This is Hermite's cubic from 0 to `way`.
             let (square, cube) = (share * share, share * share * share);
             way * (3.0 * square - 2.0 * cube)
                 + (begins * (cube - 2.0 * square + share) + ends * (cube - square)) * self.lasts
@@ -119,10 +121,11 @@ impl Driven {
     }
 
     /// Extrapolates the last update to `since` s after it.
-    fn said_then(&self, since: f64) -> Pose {
-        let (pose, twist) = self.said;
+    fn extrapolated(&self, since: f64) -> Pose {
+        let (pose, twist) = self.last;
         let late = ((since - DRIVEN_PATIENCE) / DRIVEN_PATIENCE).clamp(0.0, 1.0);
-        // The distance covered while the velocity falls to zero because the update is late.
+        // If the next update is late, the velocity falls to zero. `time` is the time in which the
+        // full velocity would cover the distance.
         let time = since.min(DRIVEN_PATIENCE) + DRIVEN_PATIENCE * late * (1.0 - 0.5 * late);
         if twist == Twist::default() {
             return pose;
@@ -140,9 +143,9 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    /// A host at 60 Hz whose body swings and turns.
+    /// The host has 60 Hz, and its body swings and turns.
     #[test]
-    fn between_updates_of_a_slow_host_position_and_velocity_are_continuous() {
+    fn motion_between_updates_is_continuous() {
         let swing = |t: f64| 0.05 * (9.0 * t).sin();
         let rate = |t: f64| 0.45 * (9.0 * t).cos();
         let pose = |t: f64| Pose::new(DQuat::from_rotation_z(10.0 * swing(t)), DVec3::X * swing(t));
@@ -153,7 +156,7 @@ mod tests {
         for k in 0..2000 {
             let t = f64::from(k) * DT;
             if t >= next {
-                driven.say(pose(t), twist(t));
+                driven.update(pose(t), twist(t));
                 next += 1.0 / 60.0;
             }
             let before = now;
@@ -169,10 +172,10 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_moves_as_it_was_said_to_stays_on_its_way() {
+    fn constant_velocity_is_followed_exactly() {
         let velocity = Twist { angular: DVec3::ZERO, linear: DVec3::X * 2.0 };
         let mut driven = Driven::at(Pose::IDENTITY);
-        driven.say(Pose::IDENTITY, velocity);
+        driven.update(Pose::IDENTITY, velocity);
         for k in 1..=1000 {
             let now = driven.advance(DT);
             if k % 17 == 0 {
@@ -181,28 +184,28 @@ mod tests {
                     assert!(now.0.translation.distance(place.translation) < 1e-9, "{now:?}");
                     assert!((now.1.linear.x - 2.0).abs() < 1e-9, "{now:?}");
                 }
-                driven.say(place, velocity);
+                driven.update(place, velocity);
             }
         }
     }
 
     #[test]
-    fn a_host_that_falls_silent_leaves_its_body_at_rest() {
+    fn body_stops_without_updates() {
         let mut driven = Driven::at(Pose::IDENTITY);
         let velocity = Twist { angular: DVec3::Y, linear: DVec3::X };
-        driven.say(Pose::IDENTITY, velocity);
+        driven.update(Pose::IDENTITY, velocity);
         let mut fastest = 0.0f64;
         let mut last = (Pose::IDENTITY, velocity);
         for tick in 0..500 {
             let now = driven.advance(DT);
-            // The body was at rest at first, and catches up.
+            // The body starts at rest, and needs some ticks to catch up.
             if tick > 50 {
                 fastest = fastest.max((now.1.linear - last.1.linear).length());
             }
             last = now;
         }
         assert!(last.1.linear.length() < 1e-12 && driven.is_overdue(), "{last:?}");
-        assert!(fastest < 0.02, "it slows down gently: {fastest}");
+        assert!(fastest < 0.02, "the body must slow down gently: {fastest}");
         assert!((last.0.translation.x - 1.5 * DRIVEN_PATIENCE).abs() < 1e-9, "{last:?}");
     }
 }

@@ -1,8 +1,8 @@
 //! A free body, which moves under gravity, contact and friction.
 //!
-//! Its state is the momentum, not the velocity. What contacts add to one body's momentum, they
-//! subtract from another's in exactly the same numbers. So the total momentum is conserved, and a
-//! body that tumbles freely needs no gyroscopic term.
+//! Its state is the momentum, not the velocity. The impulse that contacts add to one body is
+//! subtracted from the other body exactly. So the total momentum is conserved, and a body that
+//! tumbles freely needs no gyroscopic term.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -16,18 +16,18 @@ use crate::body::Body;
 pub(super) struct Free {
     /// kg.
     pub(super) mass: f64,
-    /// kg·m² about the centre of mass, along the body's axes.
+    /// Inertia about the centre of mass, along the body's axes, kg·m².
     inertia: DMat3,
-    /// m²: inertia of one kilogram, along the body's axes. Its determinant cannot overflow or
-    /// vanish, whatever the mass.
+    /// Inertia per kilogram along the body's axes, m². Its determinant cannot overflow or vanish
+    /// for any mass.
     gyration: DMat3,
-    /// N·s, and N·m·s about the centre of mass.
+    /// Momentum, N·s, and N·m·s about the centre of mass.
     pub(super) momentum: Wrench,
     pub(super) reach: Reach,
 }
 
 impl Free {
-    /// A body at rest; `mass` in kg, and contacts push below a separation of `skin` (m).
+    /// Returns a body of `mass` (kg) at rest. Contacts push below a separation of `skin` (m).
     pub(super) fn new(body: &Body, mass: f64, skin: f64) -> Self {
         let properties = body.mass();
         Self {
@@ -39,14 +39,14 @@ impl Free {
         }
     }
 
-    /// Matrix and right side of the step of `h` s without contacts, for the velocity at the end of
-    /// the step.
+    /// Returns the matrix and right side of a step of `h` s without contacts. The unknown is the
+    /// velocity at the end of the step.
     pub(super) fn begin(&self, pose: &Pose, gravity: DVec3, h: f64) -> (SpatialMatrix, Wrench) {
         let weight = Wrench { torque: DVec3::ZERO, force: gravity * (self.mass * h) };
         (SpatialMatrix::of_body(self.mass, self.inertia_at(pose)), self.momentum + weight)
     }
 
-    /// The velocity that belongs to the momentum.
+    /// Returns the velocity for the present momentum.
     pub(super) fn twist(&self, pose: &Pose) -> Twist {
         let rotation = DMat3::from_quat(pose.rotation);
         let per_mass = rotation.transpose() * (self.momentum.torque / self.mass);
@@ -54,7 +54,7 @@ impl Free {
         Twist { angular, linear: self.momentum.force / self.mass }
     }
 
-    /// Sets the momentum that belongs to a velocity. Returns false, and changes nothing, if it is
+    /// Sets the momentum from a velocity. Returns false, and changes nothing, if the momentum is
     /// not finite.
     pub(super) fn set_twist(&mut self, pose: &Pose, twist: &Twist) -> bool {
         let momentum = Wrench { torque: self.inertia_at(pose) * twist.angular, force: twist.linear * self.mass };
@@ -65,7 +65,8 @@ impl Free {
         is_finite
     }
 
-    /// The pose after `h` s with `twist`; `center` is the centre of mass in the body's frame.
+    /// Returns the pose after `h` s with `twist`; `center` is the centre of mass in the body's
+    /// frame.
     pub(super) fn moved(pose: &Pose, center: DVec3, twist: &Twist, h: f64) -> Pose {
         let rotation = (DQuat::from_scaled_axis(twist.angular * h) * pose.rotation).normalize();
         let center_after = pose.point(center) + twist.linear * h;

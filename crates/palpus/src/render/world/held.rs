@@ -11,17 +11,17 @@ use crate::body::Body;
 /// See the module's description.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
-    /// Its number among the bodies.
+    /// Index of the tool among the bodies.
     pub(super) thing: usize,
     pub(super) settings: Settings,
-    /// The probe as a body of its own; unused without a coupling.
+    /// The probe as a simulated body; unused without a coupling.
     pub(super) tool: Tool,
     pub(super) tick: Tick,
     pub(super) transient: Transient,
     /// Without a coupling: the grip's pose in the last step, and the wrenches of tools and objects
     /// about the grip in that step.
     driven: Option<(Pose, [Wrench; 2])>,
-    /// rad: crease angle at which shading can be on.
+    /// Crease angle at which shading can be turned on, rad.
     pub(super) crease_angle: Option<f64>,
 }
 
@@ -38,7 +38,7 @@ impl Held {
         }
     }
 
-    /// Room in each tick for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts in a tick.
     pub(super) fn make_room(&mut self, capacity: usize) {
         if self.tick.contacts.capacity() < capacity {
             self.tick = Tick::new(capacity);
@@ -51,10 +51,10 @@ impl Held {
         self.driven = None;
     }
 
-    /// Changes the settings, which have been checked.
+    /// Changes the settings, which are valid.
     pub(super) fn set_settings(&mut self, probe: &Body, settings: &Settings) {
         self.tool.set(probe, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
-        // A tool at rest starts anew at the device.
+        // The tool is unused now. If a coupling is set later, the tool starts at the device's pose.
         if settings.coupling.is_none() {
             self.tool.clear();
         }
@@ -64,9 +64,9 @@ impl Held {
         self.settings = *settings;
     }
 
-    /// Begins a tick. Returns the pose for the query (of the tool with a coupling, otherwise of the
-    /// probe), its centre of mass, and the twist of the centre of mass for dampers. `None` if the
-    /// state is invalid.
+    /// Begins a tick. Returns the pose for the query, the centre of mass, and its twist for
+    /// damping. With a coupling, this is the pose of the tool, otherwise that of the probe. `None`
+    /// if the state is invalid.
     pub(super) fn begin(
         &mut self,
         index: u64,
@@ -96,18 +96,19 @@ impl Held {
         Some((pose, center, at_center))
     }
 
-    /// Returns the grip's place for a tool at `pose`.
+    /// Returns the grip's position for a tool at `pose`.
     pub(super) fn grip(&self, pose: &Pose) -> DVec3 {
         pose.point(self.settings.grip_a)
     }
 
-    /// Without a coupling: the wrench of contacts about the grip.
+    /// Without a coupling: computes the device's wrench from the wrench of contacts.
     pub(super) fn feel(&mut self, pose: &Pose, center: DVec3) {
         let grip = self.grip(pose);
         self.tick.computed = self.tick.forces.net.on_a.about(grip - center);
     }
 
-    /// Without a coupling: the work of the last step's wrenches along the motion since then.
+    /// Without a coupling: computes the work of the last step's wrenches along the motion since
+    /// then.
     pub(super) fn book(&mut self, pose: &Pose, center: DVec3) {
         let translation = self.grip(pose);
         let pose = Pose { translation, ..*pose };
@@ -119,9 +120,9 @@ impl Held {
         }
     }
 
-    /// With a coupling: moves the tool with `twist` for `h` s from `pose` and its centre of mass
-    /// `center`. `given`: the impulses of other tools and of objects that move, about the centre of
-    /// mass.
+    /// With a coupling: moves the tool with `twist` for `h` s. `pose` and `center` (the centre of
+    /// mass) are at the beginning of the step. `given` contains the impulses of other tools and of
+    /// moving objects, about the centre of mass.
     pub(super) fn end(
         &mut self,
         (pose, center): (&Pose, DVec3),
@@ -155,7 +156,7 @@ impl Held {
         self.tick.computed.force += force;
     }
 
-    /// Keeps the wrench within the device's limits.
+    /// Limits the wrench to the device's limits.
     pub(super) fn saturate(&mut self) {
         let saturated = saturate(self.tick.computed, &self.settings.limits, self.settings.saturation);
         self.tick.commanded = saturated.wrench;

@@ -1,34 +1,34 @@
-//! Groups of bodies that one implicit step moves together: bodies that touch each other, directly
-//! or through other moved bodies.
+//! Groups of bodies that touch each other, directly or through other moved bodies. One implicit
+//! step moves each group.
 
-/// Groups of bodies; sized when the world is made.
+/// Groups of bodies. Memory is allocated when bodies are added.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Islands {
-    /// For each body, another body of its group (union–find); the root points to itself.
+    /// Parent of each body in the union–find structure of the groups; a root is its own parent.
     parent: Vec<u32>,
-    /// Neighbours that are moved as well.
+    /// For each body: number of moved neighbours.
     neighbours: Vec<u32>,
-    /// The moved bodies, group by group; in a group by the number of their neighbours, then in the
-    /// order in which they were added.
+    /// The moved bodies, group by group. In a group, bodies with fewer neighbours come first, then
+    /// bodies that were added earlier.
     order: Vec<u32>,
 }
 
 impl Islands {
-    /// Room for one body more.
+    /// Allocates memory for another body.
     pub(super) fn add(&mut self) {
         self.parent.push(0);
         self.neighbours.push(0);
         self.order.reserve(self.parent.len());
     }
 
-    /// Makes each body a group of its own.
+    /// Makes each body a separate group.
     pub(super) fn begin(&mut self) {
         self.parent.iter_mut().enumerate().for_each(|(i, parent)| *parent = i as u32);
         self.neighbours.fill(0);
         self.order.clear();
     }
 
-    /// Joins the groups of bodies `i` and `j`, which are moved and touch.
+    /// Joins the groups of the moved bodies `i` and `j`, which touch each other.
     pub(super) fn join(&mut self, i: usize, j: usize) {
         self.neighbours[i] += 1;
         self.neighbours[j] += 1;
@@ -37,7 +37,7 @@ impl Islands {
         self.parent[i.max(j)] = i.min(j) as u32;
     }
 
-    /// The groups of the bodies that are `moved`.
+    /// Computes the groups of the bodies that are `moved`.
     pub(super) fn sort(&mut self, moved: impl Fn(usize) -> bool) {
         for i in 0..self.parent.len() {
             if moved(i) {
@@ -49,23 +49,23 @@ impl Islands {
         order.sort_unstable_by_key(|&i| (parent[i as usize], neighbours[i as usize], i));
     }
 
-    /// Number of moved bodies.
+    /// Returns the number of moved bodies.
     pub(super) fn len(&self) -> usize {
         self.order.len()
     }
 
-    /// The moved body at place `k` of the order.
+    /// Returns the moved body at index `k` of the order.
     pub(super) fn body(&self, k: usize) -> usize {
         self.order[k] as usize
     }
 
-    /// The end of the group that begins at place `k` of the order.
+    /// Returns the end of the group that begins at index `k` of the order.
     pub(super) fn end(&self, k: usize) -> usize {
         let group = self.parent[self.body(k)];
         self.order[k..].iter().position(|&i| self.parent[i as usize] != group).map_or(self.order.len(), |n| k + n)
     }
 
-    /// The group of body `i`.
+    /// Returns the group of body `i`.
     pub(super) fn group(&self, i: usize) -> u32 {
         self.parent[i]
     }
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_touches_through_others_is_one_group() {
+    fn indirect_contact_joins_groups() {
         let mut islands = Islands::default();
         (0..7).for_each(|_| islands.add());
         islands.begin();

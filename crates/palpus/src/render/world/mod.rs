@@ -1,5 +1,5 @@
-//! Many bodies: tools that are held through devices, and objects that are fixed, driven by a host,
-//! or free.
+//! A world of many bodies: tools that devices move, and objects that are fixed, free, or driven by
+//! a host program.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -22,38 +22,41 @@
 //! for _ in 0..100 {
 //!     world.step(&[ProbeState::at(above(0.049))], 1e-3, &NoClock);
 //! }
-//! assert!(world.tick(tool).commanded.force.z > 0.0, "the probe stands in the block's upper face");
-//! assert!(world.pose(block).translation.z < 0.0201, "which lies on the table");
+//! assert!(world.tick(tool).commanded.force.z > 0.0, "the probe presses on the block");
+//! assert!(world.pose(block).translation.z < 0.0201, "the block lies on the table");
 //! # Ok::<(), palpus::render::SettingsError>(())
 //! ```
 //!
-//! Each turn moves all bodies by one step:
+//! Each step moves all bodies:
 //!
-//! 1. *Begin*: tools are at the pose of the last step, or at their devices' poses; driven bodies
-//!    move on ([`World::drive`]).
-//! 2. *Near*: axis-aligned boxes decide which bodies may touch (`broad.rs`).
-//! 3. *Query* and *force*, separately for every pair of near bodies (`pair.rs`).
-//! 4. *Step*: bodies that touch move together, in one implicit step for each group (`solve.rs`),
-//!    which is linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right side
-//!    of body i alone (a tool's coupling, a free body's mass and weight). K and l are the matrix
-//!    and the right side of the contacts between i and j, about i's centre of mass. T turns j's
-//!    velocity into the velocity of j's point at i's centre of mass:
+//! 1. *Begin*: tools with a coupling are at the pose of the last step, other tools are at their
+//!    devices' poses. Driven bodies move on ([`World::drive`]).
+//! 2. *Near*: find the bodies that may touch, by axis-aligned boxes (`broad.rs`).
+//! 3. *Query* and *force*: compute contacts and forces separately for each pair of near bodies
+//!    (`pair.rs`).
+//! 4. *Step*: one implicit step moves each group of touching bodies (`solve.rs`). The step is
+//!    linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right side of body i
+//!    alone (a tool's coupling, a free body's mass and weight). K and l are the matrix and the
+//!    right side of the contacts between i and j, about i's centre of mass. T converts j's velocity
+//!    into the velocity of j's point at i's centre of mass:
 //!
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
 //!
 //!    The matrix is positive definite at any stiffness, mass and speed. Forces between two bodies
-//!    are equal and opposite within the same step, so contacts keep the sum of their momenta. If a
-//!    tool touches no movable body, its wrench is bit for bit the one from the fixed bodies alone.
-//! 5. *Feel*: limit each tool's wrench, with the vibration of impacts, to its device's limits.
+//!    are equal and opposite within the step, so contacts conserve the total momentum. If a tool
+//!    touches no movable body, its wrench is bit-identical to the wrench in a world without movable
+//!    bodies.
+//! 5. *Feel*: add the vibration of impacts to each tool's wrench, and limit it to the device's
+//!    limits.
 //!
-//! A separate step for each body, with the last poses of the other bodies, would fail. Contacts are
-//! so stiff that a tool which moves at v together with another body would be held back with 2 k h v
-//! by that body's outdated pose (34 N at 0.1 m/s on a usual device). If such a step also used the
-//! other's last velocity, the two bodies would oscillate.
+//! A separate step for each body, with the last poses of the other bodies, would fail, because
+//! contacts are very stiff. If a tool and a body move together at speed v, the body's outdated pose
+//! would brake the tool with 2 k h v (34 N at 0.1 m/s on a usual device). If the step also used the
+//! body's last velocity, the two bodies would oscillate.
 //!
-//! Memory is allocated when bodies are added. A step allocates none, and no input of a device or a
-//! host makes it panic.
+//! Memory is allocated when bodies are added. A step allocates no memory, and no input of a device
+//! or a host makes it panic.
 
 mod broad;
 mod driven;
@@ -100,62 +103,64 @@ pub struct World {
     things: Vec<Thing>,
     tools: Vec<Held>,
     pairs: Vec<Pair>,
-    /// Number of the pair of bodies i > j, at i (i − 1) / 2 + j.
+    /// Index of the pair of bodies i > j, at i (i − 1) / 2 + j.
     table: Vec<u32>,
     /// The pairs that are near in this step.
     near: Vec<u32>,
-    /// The near pairs of the step before.
+    /// The near pairs of the last step.
     were_near: Vec<u32>,
     broad: Broad,
     islands: Islands,
     system: BlockSystem,
-    /// m: bodies that are farther apart than this plus their motion do not touch.
+    /// Bodies farther apart than this plus their motion do not touch, m.
     margin: f64,
-    /// The margin of the boxes of fixed bodies; NaN if one of these bodies is new.
+    /// The margin of the boxes of fixed bodies, m; NaN if one of these bodies was added or moved.
     boxed_with: f64,
     steps: u64,
     allowed: Option<u64>,
     counters: WorldCounters,
 }
 
-/// Counts of a world's step, in addition to the ticks of its tools.
+/// Counts of a world's step. Other counts are in the ticks of its tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldCounters {
     /// Pairs of bodies that were queried.
     pub pairs: u32,
-    /// Pairs among these with contacts.
+    /// Pairs of bodies with contacts.
     pub touching: u32,
-    /// Groups of bodies that were moved together.
+    /// Groups of touching bodies, each moved by one implicit step.
     pub islands: u32,
-    /// Bodies in the largest of them.
+    /// Bodies in the largest group.
     pub largest: u32,
-    /// Groups whose last round still changed something.
+    /// Groups in which the last round still changed the set of pressing contacts or a friction
+    /// force.
     pub unsettled: u32,
-    /// Groups whose step was shortened, so that nothing moves beyond the look-ahead distance.
+    /// Groups whose step was shortened, so that no point moves farther than the distance within
+    /// which contacts are searched.
     pub bounded: u32,
-    /// Groups without a solution: their free bodies stand still, and their tools are at the
-    /// devices' poses.
+    /// Groups without a solution. Their free bodies stop, and their tools move to the devices'
+    /// poses.
     pub reset: u32,
-    /// Driven bodies without an update for too long.
+    /// Driven bodies whose last update is too old.
     pub overdue: u32,
 }
 
 /// No pair.
 const NONE: u32 = u32::MAX;
-/// About the most corners of a patch of two pieces; used to size memory.
+/// Approximate largest number of corners of a patch, used to allocate memory.
 const CORNERS: usize = 64;
-/// The most contacts of a tick, as a multiple of the capacity in the tool's settings.
+/// Largest number of contacts in a tool's tick, as a multiple of the capacity in its settings.
 const SHOWN: usize = 4;
 
 impl World {
-    /// An empty world without gravity. `settings` apply to contacts between objects; each tool has
-    /// its own settings.
+    /// Returns an empty world without gravity. `settings` apply to contacts between objects; each
+    /// tool has its own settings.
     ///
-    /// Contacts between objects are as stiff as those of a tool with a coupling, since an implicit
-    /// step moves the objects.
+    /// Contacts between objects are as stiff as contacts of a tool with a coupling, since an
+    /// implicit step moves the objects.
     ///
     /// # Errors
-    /// With the setting that cannot be.
+    /// Fails if a setting is invalid.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.validate()?;
         let skin = TOOL_SKIN * settings.contact_tolerance;
@@ -183,7 +188,7 @@ impl World {
     /// Adds an object.
     ///
     /// # Errors
-    /// Fails if its pose is invalid, or its density or mass not positive.
+    /// Fails if the pose is invalid, or if the density or mass is not finite and positive.
     pub fn add(&mut self, object: Object) -> Result<BodyId, SettingsError> {
         let Object { body, pose, kind } = object;
         let refused = |field, value, rule| Err(SettingsError { field, value, rule });
@@ -201,11 +206,11 @@ impl World {
         Ok(self.add_thing(body, role, pose.unstretched()))
     }
 
-    /// Adds a tool with a body and settings of its own; its place among the probe states of
-    /// [`Self::step`] is the next.
+    /// Adds a tool with its own body and settings. The tool's state is appended to the probe
+    /// states of [`Self::step`].
     ///
     /// # Errors
-    /// With the setting that cannot be.
+    /// Fails if a setting is invalid.
     pub fn add_tool(&mut self, probe: Arc<Body>, settings: Settings) -> Result<ToolId, SettingsError> {
         settings.validate()?;
         let number = self.tools.len();
@@ -221,12 +226,12 @@ impl World {
         self.gravity = if gravity.is_finite() { gravity } else { DVec3::ZERO };
     }
 
-    /// Sets the pose of a driven body and its velocity (m/s and rad/s, the linear part that of its
-    /// frame's origin).
+    /// Sets the pose and the velocity of a driven body (m/s and rad/s; the linear part is the
+    /// velocity of its frame's origin).
     ///
-    /// Call it at the host's own rate. Between two calls the body moves on, so that the host's rate
-    /// is not felt as steps. Returns false, and changes nothing, for a body that is not driven and
-    /// for numbers that are not finite.
+    /// Call this at the host's rate. Between two calls the body moves on, so the hand does not feel
+    /// the calls as steps. Returns false, and changes nothing, if the body is not driven or a
+    /// number is not finite.
     pub fn drive(&mut self, body: BodyId, pose: Pose, velocity: Twist) -> bool {
         let Some(thing) = self.things.get_mut(body.0) else { return false };
         let is_finite = velocity.angular.is_finite() && velocity.linear.is_finite();
@@ -234,12 +239,12 @@ impl World {
         if !(pose.is_valid() && is_finite) {
             return false;
         }
-        driven.say(pose.unstretched(), velocity);
+        driven.update(pose.unstretched(), velocity);
         true
     }
 
-    /// Moves an object to another pose, at rest, as if it had always been there. Returns false for
-    /// a tool or an invalid pose.
+    /// Moves an object to another pose, at rest, and drops its contact state. Returns false for a
+    /// tool or an invalid pose.
     pub fn put(&mut self, body: BodyId, pose: Pose) -> bool {
         let skin = self.settings.skin();
         let Some(thing) = self.things.get_mut(body.0).filter(|_| pose.is_valid()) else { return false };
@@ -259,20 +264,21 @@ impl World {
         true
     }
 
-    /// Gives a free body this velocity (m/s and rad/s, of its centre of mass). False for any other
-    /// body, and if the velocity or its momentum is not finite.
+    /// Sets the velocity of a free body (m/s and rad/s, of its centre of mass). Returns false if
+    /// the body is not free, or if the velocity or its momentum is not finite.
     pub fn throw(&mut self, body: BodyId, twist: Twist) -> bool {
         let Some(Thing { role: Role::Free(free), pose, .. }) = self.things.get_mut(body.0) else { return false };
         let is_finite = twist.angular.is_finite() && twist.linear.is_finite();
         is_finite && free.set_twist(pose, &twist)
     }
 
-    /// Pose of a body in the world; for a tool with a coupling that of the tool, not of the device.
+    /// Returns the pose of a body in the world. For a tool with a coupling, this is the tool's
+    /// pose, not the device's.
     pub fn pose(&self, body: BodyId) -> Pose {
         self.things[body.0].pose
     }
 
-    /// The velocity of a body's centre of mass and its angular velocity, m/s and rad/s.
+    /// Returns the velocity of a body's centre of mass and its angular velocity, m/s and rad/s.
     pub fn twist(&self, body: BodyId) -> Twist {
         let thing = &self.things[body.0];
         match &thing.role {
@@ -282,7 +288,8 @@ impl World {
         }
     }
 
-    /// N·s, and N·m·s about its centre of mass: the momentum of a free body; nothing for any other.
+    /// Returns the momentum of a free body (N·s, and N·m·s about its centre of mass); zero for any
+    /// other body.
     pub fn momentum(&self, body: BodyId) -> Wrench {
         match &self.things[body.0].role {
             Role::Free(free) => free.momentum,
@@ -290,8 +297,8 @@ impl World {
         }
     }
 
-    /// The contacts of two bodies in the last step, in the world's frame, as the first of the two
-    /// sees them.
+    /// Returns the contacts of two bodies in the last step, in the world's frame. In these
+    /// contacts, `of` is body a.
     pub fn contacts(&self, of: BodyId, with: BodyId) -> impl Iterator<Item = Contact> {
         let pair = self.pair(of.0, with.0).map(|k| &self.pairs[k]);
         let turned = pair.is_some_and(|pair| pair.bodies[0] != of.0);
@@ -299,30 +306,31 @@ impl World {
         contacts.iter().map(move |contact| if turned { mirrored(contact) } else { *contact })
     }
 
-    /// Counts of the last step.
+    /// Returns the counts of the last step.
     pub fn counters(&self) -> &WorldCounters {
         &self.counters
     }
 
-    /// Settings of the contacts of two bodies; `None` if both are fixed.
+    /// Returns the settings of the contacts of two bodies; `None` if each of
+    /// them is fixed or driven.
     pub fn settings_between(&self, one: BodyId, other: BodyId) -> Option<&Settings> {
         self.pair(one.0, other.0).map(|k| self.pairs[k].settings())
     }
 
-    /// A body's body.
+    /// Returns the geometry of a body.
     pub fn body(&self, body: BodyId) -> &Arc<Body> {
         &self.things[body.0].body
     }
 
-    /// Limits the work ([`crate::algebra::Work`]) of the next steps' queries together; `None`: no
-    /// limit. Pairs that a query does not reach keep their contacts, extrapolated, and come first
-    /// in the next step.
+    /// Limits the work ([`crate::algebra::Work`]) of all queries in each of the next steps; `None`:
+    /// no limit. Pairs that the queries do not reach keep their contacts, extrapolated, and come
+    /// first in the next step.
     pub fn allow(&mut self, work: Option<u64>) {
         self.allowed = work;
     }
 
-    /// Drops all state except the poses and velocities of objects: the next step runs like the
-    /// first one.
+    /// Drops all state except the poses and velocities of objects. The next step runs like the
+    /// first step.
     pub fn clear(&mut self) {
         self.pairs.iter_mut().for_each(Pair::clear);
         self.tools.iter_mut().for_each(Held::clear);
@@ -350,7 +358,7 @@ impl World {
         });
         for other in 0..number {
             let ranks = [other, number].map(|i| self.things[i].rank());
-            // Two fixed bodies do not interact.
+            // Two fixed or driven bodies do not interact.
             let pair = if ranks.iter().all(|&rank| rank >= 2) {
                 NONE
             } else {
@@ -371,7 +379,7 @@ impl World {
         BodyId(number)
     }
 
-    /// Memory for what the tools' ticks show, and for the largest group.
+    /// Allocates memory for the contacts in tools' ticks, and for the largest group.
     fn make_room(&mut self) {
         for held in &mut self.tools {
             let own = self.pairs.iter().filter(|pair| pair.bodies.contains(&held.thing));
@@ -382,7 +390,7 @@ impl World {
         self.system = BlockSystem::new(moved);
     }
 
-    /// Settings of the contacts of two bodies.
+    /// Returns the settings of the contacts of two bodies.
     fn law(&self, bodies: [usize; 2]) -> Settings {
         let own = bodies.map(|i| match self.things[i].role {
             Role::Tool(k) => Some(&self.tools[k].settings),
@@ -395,7 +403,7 @@ impl World {
         }
     }
 
-    /// The number of the pair of two bodies.
+    /// Returns the index of the pair of two bodies; `None` if these bodies do not interact.
     fn pair(&self, i: usize, j: usize) -> Option<usize> {
         let (low, high) = (i.min(j), i.max(j));
         let place = (high * high.saturating_sub(1) / 2 + low, low < high && high < self.things.len());

@@ -19,13 +19,13 @@ pub struct BodyId(pub(super) usize);
 pub struct ToolId(pub(super) usize);
 
 impl ToolId {
-    /// Its place among the tools' probe states.
+    /// Returns the index of the tool's state among the probe states of a step.
     pub fn index(self) -> usize {
         self.0
     }
 }
 
-/// A body that no hand holds, to be added to a [`World`](super::World).
+/// A body that is not a tool, for [`World::add`](super::World::add).
 #[derive(Clone, Debug)]
 pub struct Object {
     pub(super) body: Arc<Body>,
@@ -38,26 +38,26 @@ pub struct Object {
 pub(super) enum Kind {
     Fixed,
     Driven,
-    /// kg.
+    /// Mass, kg.
     Free(f64),
 }
 
 impl Object {
-    /// A body that never moves, its frame placed in the world by `pose`, m.
+    /// A body that never moves. `pose` places its frame in the world (m).
     pub fn fixed(body: Arc<Body>, pose: Pose) -> Self {
         Self { body, pose, kind: Kind::Fixed }
     }
 
-    /// A body that a host moves: see [`World::drive`](super::World::drive). It is at rest at `pose`
-    /// until the first update.
+    /// A body that a host program moves: see [`World::drive`](super::World::drive). It rests at
+    /// `pose` until the first update.
     pub fn driven(body: Arc<Body>, pose: Pose) -> Self {
         Self { body, pose, kind: Kind::Driven }
     }
 
-    /// A body of this density (kg/m³) that moves under contact, friction and gravity. At `pose`, at
-    /// rest.
+    /// A body of this density (kg/m³) that moves under contact, friction and gravity. It starts at
+    /// rest at `pose`.
     ///
-    /// An open mesh has the mass of its [ground](crate::body::MassSource).
+    /// The volume of an open mesh depends on its [mass source](crate::body::MassSource).
     pub fn free(body: Arc<Body>, pose: Pose, density: f64) -> Self {
         let mass = density * body.mass().volume;
         Self { body, pose, kind: Kind::Free(mass) }
@@ -74,51 +74,52 @@ impl Object {
 pub(super) struct Thing {
     pub(super) body: Arc<Body>,
     pub(super) role: Role,
-    /// m: no point of the mesh is farther from the frame's origin.
+    /// Largest distance of a point of the mesh from the frame's origin, m.
     pub(super) radius: f64,
-    /// In the world.
+    /// Pose in the world.
     pub(super) pose: Pose,
     /// The centre of mass in the world, when the step begins.
     pub(super) center: DVec3,
-    /// In the step before this one, if it was there.
+    /// Pose in the last step, if the body took part in that step.
     pub(super) last: Option<Pose>,
-    /// Twist of the centre of mass if it is known before the step; else zero.
+    /// Twist of the centre of mass if it is known before the step; otherwise zero.
     pub(super) twist: Twist,
-    /// The body takes part in this step.
+    /// True if the body takes part in this step.
     pub(super) there: bool,
     pub(super) part: Part,
 }
 
 #[derive(Clone, Debug)]
 pub(super) enum Role {
-    /// Held through a device: its number among the tools.
+    /// A tool, with its index among the tools.
     Tool(usize),
     Free(Free),
     Driven(Driven),
     Fixed,
 }
 
-/// A body's part in the implicit step under way.
+/// State of a body in the current implicit step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
     /// True if the step moves the body.
     pub(super) is_moved: bool,
     /// True if another body touches it.
     pub(super) is_touched: bool,
-    /// Matrix and right side of the body alone; and those with the contacts of the current round.
+    /// Matrix and right side of the body without contacts.
     pub(super) alone: (SpatialMatrix, Wrench),
+    /// Matrix and right side with the contacts of the current round.
     pub(super) system: (SpatialMatrix, Wrench),
-    /// Its place among the bodies that are solved for together.
+    /// Index of the body in its group.
     pub(super) slot: usize,
-    /// At the end of the step, of the centre of mass.
+    /// Twist of the centre of mass at the end of the step.
     pub(super) twist: Twist,
-    /// Twist for which the forces of the current round were predicted, and the last round's
-    /// solution minus its own.
+    /// Twist for which the forces of the current round were predicted.
     pub(super) guess: Twist,
+    /// The last round's solution minus the last round's `guess`.
     pub(super) residual: Twist,
-    /// N·s and N·m·s: impulse of contacts with tools in the step, about the body's centre of mass.
+    /// Impulse of contacts with tools in the step, N·s, and N·m·s about the body's centre of mass.
     pub(super) from_tools: Wrench,
-    /// The impulse of contacts with driven and free bodies.
+    /// Impulse of contacts with driven and free bodies, in the same units.
     pub(super) from_objects: Wrench,
 }
 
@@ -140,7 +141,8 @@ impl Part {
 }
 
 impl Part {
-    /// Begins a step, in which the body moves or not. Mass and load are set when the step is made.
+    /// Begins a step. `is_moved` is true if the step moves the body. Matrix and right side are set
+    /// later.
     pub(super) fn begin(&mut self, is_moved: bool) {
         self.is_moved = is_moved;
         self.is_touched = false;
@@ -159,7 +161,7 @@ impl Thing {
         self.center = pose.point(self.body.mass().center_of_mass);
     }
 
-    /// In a pair, the one that comes first is a.
+    /// Returns the rank of the body's kind: in a pair, the body with the lower rank is a.
     pub(super) fn rank(&self) -> u32 {
         match self.role {
             Role::Tool(_) => 0,

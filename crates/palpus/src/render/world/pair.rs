@@ -1,60 +1,60 @@
 //! Two bodies of a world: their contacts, the forces between them, and their terms in the implicit
 //! step.
 //!
-//! Each pair has its own clusters, shares and friction. So the forces between its two bodies are
-//! equal and opposite, whatever else either body touches. A front, a grip or a piece's index is
-//! never used with another pair. All results that a tick stores here are in the world's frame.
+//! Each pair has its own query, clusters, load shares and friction. So the forces between its two
+//! bodies are equal and opposite, whatever else either body touches. All results of a pair are in
+//! the world's frame.
 
 use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::super::contact_rows::ContactRows;
 use super::super::surfaces::Surfaces;
-use super::super::touches::Touches;
 use super::super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
 use crate::algebra::{Clock, Pose, Quota, SpatialMatrix, Twist, Wrench};
 use crate::body::{Body, FeaturePair};
 use crate::detect::{Contact, ContactQuery, QueryCounters, QuerySettings};
 use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 
-/// Pose of one body of a pair, and the motion on which dampers act.
+/// Pose of one body of a pair, and its velocity for damping.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place<'b> {
     pub(super) body: &'b Body,
     pub(super) pose: Pose,
-    /// The centre of mass, in the world.
+    /// Centre of mass in the world.
     pub(super) center: DVec3,
-    /// Twist of the centre of mass if it is known before the step; else zero.
+    /// Twist of the centre of mass if it is known before the step; otherwise zero.
     pub(super) twist: Twist,
 }
 
 /// See the module's description. The first body is a, the second b.
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
-    /// Numbers of the bodies.
+    /// Indices of the bodies.
     pub(super) bodies: [usize; 2],
     settings: Settings,
-    /// In the current step: a placed in b's frame.
+    /// Pose of a in b's frame in the current step.
     pose_ba: Pose,
-    /// In the current step: contacts are searched below this separation, m.
+    /// The current step searches contacts below this separation, m.
     within: f64,
-    /// Data for shading, whether or not it is on.
+    /// Data for shading; may exist while shading is off.
     surfaces: Option<Surfaces>,
     query: ContactQuery,
     scratch: Scratch,
     pub(super) contacts: Vec<Contact>,
-    /// `net` is on a and on b, each about its own centre of mass.
+    /// Forces between the bodies. `net` is about each body's own centre of mass.
     pub(super) forces: Forces,
-    touches: Touches,
+    rows: ContactRows,
     pub(super) counters: QueryCounters,
-    /// The last step in which it was looked at.
+    /// The last step in which the pair was queried.
     pub(super) looked_at: Option<u64>,
-    /// The group of bodies that this step moves and that it belongs to.
+    /// The group of moved bodies to which the pair's contacts belong.
     pub(super) group: u32,
 }
 
 impl Pair {
-    /// Memory for two bodies between which `settings` hold.
+    /// Returns a pair of two bodies with `settings` for their contacts.
     pub(super) fn new(bodies: [usize; 2], [a, b]: [Arc<Body>; 2], settings: Settings) -> Self {
         let capacity = settings.capacity;
         let asked = QuerySettings {
@@ -75,7 +75,7 @@ impl Pair {
             scratch: Scratch::new(capacity),
             contacts: Vec::with_capacity(capacity),
             forces: Forces::new(capacity),
-            touches: Touches::new(capacity),
+            rows: ContactRows::new(capacity),
             settings,
             counters: QueryCounters::default(),
             looked_at: None,
@@ -83,12 +83,12 @@ impl Pair {
         }
     }
 
-    /// Able to take up shading later on, at this crease angle, rad.
+    /// Prepares shading at this crease angle (rad), so that it can be turned on later.
     pub(super) fn prepare_surfaces(&mut self, crease_angle: f64) {
         self.surfaces.get_or_insert_with(|| Surfaces::new(self.query.a(), self.query.b(), crease_angle));
     }
 
-    /// Goes on with other settings; they are of the memory that there is.
+    /// Changes the settings. The capacity must stay the same.
     pub(super) fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
         self.query.set_patch_angle(self.settings.patch_angle);
@@ -98,56 +98,56 @@ impl Pair {
         }
     }
 
-    /// Settings of the contacts of the two.
+    /// Returns the settings of the pair's contacts.
     pub(super) fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Forgets the past.
+    /// Drops all state.
     pub(super) fn clear(&mut self) {
         self.query.clear();
         self.scratch.clear();
-        self.touches.clear();
+        self.rows.clear();
         self.looked_at = None;
         self.rest();
     }
 
-    /// The two are too far from each other to be looked at.
+    /// Ends all contacts, because the bodies are too far apart for a query.
     pub(super) fn part(&mut self) {
         self.scratch.clear();
-        self.touches.clear();
+        self.rows.clear();
         self.rest();
     }
 
-    /// Nothing touches.
+    /// Removes the results of the last step.
     fn rest(&mut self) {
         self.contacts.clear();
         self.forces.clear();
         self.counters = QueryCounters::default();
     }
 
-    /// True if a contact is near enough to act in this step.
+    /// Returns true if a contact is near enough to act in this step.
     pub(super) fn is_touching(&self) -> bool {
         !self.forces.clusters.is_empty()
     }
 
-    /// m: the least distance of what was not looked at.
+    /// Returns a lower bound of the separation of all parts that the query did not examine, m.
     pub(super) fn unseen_separation(&self) -> f64 {
         self.query.unseen_separation()
     }
 
-    /// m beyond the skin: the same of what may have come near since it was last looked at.
+    /// Returns the lower bound of [`ContactQuery::unlooked_separation`], minus the contact offset,
+    /// m.
     pub(super) fn unlooked(&self) -> f64 {
         self.query.unlooked_separation() - self.settings.skin()
     }
 
-    /// They were last looked at in an earlier step, and `pose_ba` is how they lay in the step
-    /// before this one.
+    /// Sets the relative pose in the last step, if the pair was last queried in an earlier step.
     pub(super) fn came_from(&mut self, pose_ba: &Pose) {
         self.query.came_from(pose_ba);
     }
 
-    /// All contacts of the two nearer than `within` (m).
+    /// Finds all contacts nearer than `within` (m).
     pub(super) fn query(&mut self, a: &Place<'_>, b: &Place<'_>, within: f64, quota: &Quota<'_>, clock: &impl Clock) {
         self.pose_ba = relative(&a.pose, &b.pose);
         self.within = within;
@@ -157,12 +157,12 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// The wrenches on both, of the contacts that the query found. `implicit`: a step moves one of
-    /// them under these contacts.
+    /// Computes the wrenches of the found contacts on both bodies. `implicit` is true if an
+    /// implicit step moves one of the bodies under these contacts.
     pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, implicit: bool) {
         if self.contacts.is_empty() {
             self.scratch.clear();
-            self.touches.clear();
+            self.rows.clear();
             self.forces.clear();
             return;
         }
@@ -175,7 +175,7 @@ impl Pair {
             let inverse = b.pose.inverse();
             twist = Twist { angular: inverse.vector(twist.angular), linear: inverse.vector(twist.linear) };
         }
-        let pressed = if implicit { self.touches.pressed(self.settings.stiffness) } else { 0.0 };
+        let pressed = if implicit { self.rows.pressed(self.settings.stiffness) } else { 0.0 };
         let motion = Motion { pose_ba, centers, twist, pressed };
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
@@ -194,17 +194,17 @@ impl Pair {
             self.forces.place(&b.pose);
         }
         if implicit {
-            self.touches.gather(&self.forces, a.center, &self.settings);
+            self.rows.gather(&self.forces, a.center, &self.settings);
         } else {
-            self.touches.clear();
+            self.rows.clear();
         }
     }
 
-    /// Tells `press` the normal on a of each contact that presses, and where it is; a's centre of
-    /// mass is at `center`. `implicit`: a step has moved one of the two.
+    /// Calls `press` with the normal on a and the point of each pressing contact. a's centre of
+    /// mass is at `center`. `implicit` is true if an implicit step has moved one of the bodies.
     pub(super) fn each_pressing(&self, center: DVec3, implicit: bool, mut press: impl FnMut(DVec3, DVec3)) {
         if implicit {
-            self.touches.pressing().for_each(|(normal, offset)| press(normal, center + offset));
+            self.rows.pressing().for_each(|(normal, offset)| press(normal, center + offset));
             return;
         }
         for (cluster, &force) in self.forces.clusters.iter().zip(&self.forces.normal_forces) {
@@ -214,43 +214,44 @@ impl Pair {
         }
     }
 
-    /// s: damping of contacts over their stiffness, so that those which share a stiffness share a
-    /// damping alike.
+    /// Returns damping over stiffness of the contacts, s. Contacts that share a stiffness share the
+    /// damping in the same ratio.
     fn lag(&self) -> f64 {
         self.settings.damping / self.settings.stiffness
     }
 
-    /// Adds what presses and holds to a step of `h` s of body a alone.
+    /// Adds the contact forces to the system of a step of `h` s for body a.
     pub(super) fn add_to(&self, system: &mut SpatialMatrix, load: &mut Wrench, h: f64) {
-        self.touches.add_to(system, load, h, self.lag());
+        self.rows.add_to(system, load, h, self.lag());
     }
 
-    /// N·s and N·m·s: what contacts gave a in the step of `h` s whose solution is the `twist` of a
-    /// with respect to b; about a's centre of mass.
+    /// Returns the impulse of the contacts on a (N·s, and N·m·s about a's centre of mass) in a
+    /// step of `h` s. The step's solution is the `twist` of a relative to b.
     pub(super) fn impulse(&self, twist: &Twist, h: f64) -> Wrench {
-        self.touches.impulse(twist, h, self.lag())
+        self.rows.impulse(twist, h, self.lag())
     }
 
-    /// Which contacts press and slide if a moves with `twist` with respect to b; true if that is
-    /// news.
+    /// Predicts the contact forces if a moves with `twist` relative to b. Returns true if the
+    /// set of pressing contacts or a friction force has changed.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {
         let lag = self.lag();
-        self.touches.revise(twist, h, lag)
+        self.rows.revise(twist, h, lag)
     }
 
-    /// Number of clusters whose contact ended within the step.
+    /// Returns the number of clusters that lose contact within the step.
     pub(super) fn released(&self) -> u32 {
-        self.touches.released()
+        self.rows.released()
     }
 }
 
-/// a placed in b's frame.
+/// Returns the pose of a in b's frame.
 pub(super) fn relative(a: &Pose, b: &Pose) -> Pose {
-    // Not multiplied, so that what a lone probe feels does not depend on where the world begins.
+    // There is no multiplication by the identity, because its rounding would change bits.
     if *b == Pose::IDENTITY { *a } else { b.inverse() * *a }
 }
 
-/// a's twist with respect to b about a's centre of mass, which lies at `shift` from b's.
+/// Returns a's twist relative to b about a's centre of mass. `shift` is the vector from b's
+/// centre of mass to a's.
 pub(super) fn relative_twist(a: &Twist, b: &Twist, shift: DVec3) -> Twist {
     if *b == Twist::default() {
         return *a;
@@ -258,8 +259,8 @@ pub(super) fn relative_twist(a: &Twist, b: &Twist, shift: DVec3) -> Twist {
     Twist { angular: a.angular - b.angular, linear: a.linear - b.at(shift) }
 }
 
-/// Settings of the contacts of two bodies: the first one's, with the lower stiffness and the
-/// smaller tolerance of the two, so that both get the same forces.
+/// Returns the settings of the contacts of two tools: the first tool's settings, with the lower
+/// stiffness and the smaller tolerance of both.
 pub(super) fn common(settings: [&Settings; 2]) -> Settings {
     let [first, second] = settings.map(Settings::held);
     let [first, second] = [&first, &second];
@@ -275,7 +276,7 @@ pub(super) fn common(settings: [&Settings; 2]) -> Settings {
             tangential_stiffness: one.tangential_stiffness.min(other.tangential_stiffness),
             ..one
         }),
-        // Read for its skin alone.
+        // Only the contact offset of this coupling is used.
         coupling: first.coupling.or(second.coupling).map(|coupling| VirtualCoupling { skin, ..coupling }),
         time_budget: first.time_budget.or(second.time_budget),
         capacity: first.capacity.max(second.capacity),
@@ -283,7 +284,7 @@ pub(super) fn common(settings: [&Settings; 2]) -> Settings {
     }
 }
 
-/// `contact` in the frame in which `pose` places its own.
+/// Returns `contact`, transformed by `pose`.
 fn placed(contact: &Contact, pose: &Pose) -> Contact {
     Contact {
         point_a: pose.point(contact.point_a),
@@ -293,7 +294,7 @@ fn placed(contact: &Contact, pose: &Pose) -> Contact {
     }
 }
 
-/// `contact` as the other body sees it.
+/// Returns `contact` with a and b exchanged.
 pub(super) fn mirrored(contact: &Contact) -> Contact {
     Contact {
         piece_a: contact.piece_b,
@@ -307,7 +308,7 @@ pub(super) fn mirrored(contact: &Contact) -> Contact {
 }
 
 impl Forces {
-    /// Writes everything in the frame in which `pose` places the present one.
+    /// Transforms all vectors by `pose`.
     fn place(&mut self, pose: &Pose) {
         for cluster in &mut self.clusters {
             cluster.midpoint = pose.point(cluster.midpoint);
@@ -331,14 +332,14 @@ impl Forces {
         self.net = NetWrench { on_a: on_a.rotated(pose), on_b: on_b.rotated(pose) };
     }
 
-    /// Adds the wrench of another pair of bodies. If `turned`, the body whose wrenches are summed
-    /// is b in the other pair.
+    /// Adds the wrenches of another pair of bodies. If `turned`, bodies a and b are exchanged in
+    /// the other pair.
     pub(super) fn append_net(&mut self, other: &Self, turned: bool) {
         let (own, others) = if turned { (other.net.on_b, other.net.on_a) } else { (other.net.on_a, other.net.on_b) };
         self.net = NetWrench { on_a: self.net.on_a + own, on_b: self.net.on_b + others };
     }
 
-    /// Adds the wrench, the clusters and the grips of another pair of bodies. The contacts of that
+    /// Adds the wrenches, clusters and friction of another pair of bodies. The contacts of that
     /// pair have the indices from `contacts` on. For `turned` see [`Self::append_net`].
     pub(super) fn append(&mut self, other: &Self, contacts: usize, turned: bool) {
         let sign = if turned { -1.0 } else { 1.0 };

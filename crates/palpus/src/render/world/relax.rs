@@ -1,16 +1,16 @@
 //! Relaxes the rounds of a step whose solutions oscillate.
 //!
-//! A round first predicts which contacts press and slide. Then it solves for the twists under these
-//! contacts. The next round predicts the contacts from that solution. If the friction of a sliding
-//! contact lifts the body, the rounds can oscillate. While the contact presses, its friction lifts
-//! the body off. In the next round there is no friction, so the contact presses again. Between
-//! these two twists there is one that is its own solution.
+//! A round first predicts from given twists (the *guess*) which contacts press and slide. Then the
+//! round solves for the twists under these contacts. The next round uses this solution as its
+//! guess. The rounds can oscillate if the friction of a sliding contact lifts the body. Friction
+//! lifts the body off, so the next round has no friction, and the contact presses again. Between
+//! the two twists there is a twist whose solution equals the guess.
 //!
-//! So if a round's solution returns to the last but one, the next forces are predicted for twists
-//! between the guess and the solution. The share of the way between them follows from a straight
-//! line through the last two residuals (Aitken's method) \[Irons, Tuck 1969; Küttler, Wall 2008\].
-//! The product of two twists is weighted with the mass and the springs of each body alone, so that
-//! metres and radians can be added.
+//! So if a round's solution returns to the solution of two rounds before, the next guess is between
+//! the guess and the solution. The fraction between them follows from a straight line through the
+//! last two residuals (Aitken's method) \[Irons, Tuck 1969; Küttler, Wall 2008\]. The scalar
+//! product of two twists is weighted with each body's mass and springs, so that metres and radians
+//! can be added.
 
 use std::ops::Range;
 
@@ -20,14 +20,14 @@ use crate::algebra::tolerance::{RELAX_DRIFT, RELAX_LEAST};
 
 /// Relaxation of the rounds of one group's step; see the module's description.
 pub(super) struct Relaxation {
-    /// Share of the way from guess to solution in the last round.
+    /// Fraction of the way from guess to solution in the last round.
     share: f64,
-    /// True if a solution has returned to the last but one.
+    /// True if a solution has returned to the solution of two rounds before.
     swings: bool,
 }
 
 impl Relaxation {
-    /// Begins the rounds of the bodies `of`.
+    /// Begins the rounds of the bodies at `of` in the order of the groups.
     pub(super) fn begin(world: &mut World, of: Range<usize>) -> Self {
         each(world, of, |part| part.guess = part.twist);
         Self { share: 1.0, swings: false }

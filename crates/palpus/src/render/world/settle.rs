@@ -14,7 +14,7 @@ use crate::algebra::{SpatialMatrix, Twist, Wrench};
 use crate::render::ToolCounters;
 
 impl World {
-    /// Steps 4 and 5 of the module's description: `h` s on.
+    /// Runs step 4 of `mod.rs` with the step length `h` (s).
     pub(super) fn settle(&mut self, h: f64) {
         self.begin_step(h);
         let mut first = 0;
@@ -39,7 +39,8 @@ impl World {
         }
     }
 
-    /// Sets mass and load of each body alone, and finds the groups that move together.
+    /// Finds the groups that move together, and sets the matrix and right side of each body without
+    /// contacts.
     fn begin_step(&mut self, h: f64) {
         self.islands.begin();
         for &k in &self.near {
@@ -76,15 +77,15 @@ impl World {
         }
     }
 
-    /// The velocities of the group `of` at the end of the step; false if there is no finite
-    /// solution.
+    /// Computes the velocities of the group `of` at the end of the step. Returns false if no finite
+    /// solution exists.
     fn solve(&mut self, of: Range<usize>, h: f64, counters: &mut ToolCounters) -> bool {
         for (slot, k) in of.clone().enumerate() {
             self.things[self.islands.body(k)].part.slot = slot;
         }
         let group = self.islands.group(self.islands.body(of.start));
-        // A contact that slides in one step mostly slides in the next. Starting with sticking would
-        // take all rounds to release it.
+        // A contact that slides in one step mostly slides in the next step. A start with sticking
+        // contacts would need many rounds.
         self.predict(group, h, |pair| pair.settings().friction.is_some());
         let mut relaxation = Relaxation::begin(self, of.clone());
         for round in 1..=COUPLING_ROUNDS {
@@ -104,8 +105,8 @@ impl World {
         true
     }
 
-    /// Predicts the forces of those pairs of a group that are `chosen`, for the twists as of now;
-    /// true if others press or slide than before.
+    /// Predicts the contact forces of the `chosen` pairs of a group for the present twists. Returns
+    /// true if the set of pressing contacts or a friction force has changed.
     fn predict(&mut self, group: u32, h: f64, chosen: impl Fn(&Pair) -> bool) -> bool {
         let mut news = false;
         for &k in &self.near {
@@ -117,7 +118,8 @@ impl World {
         news
     }
 
-    /// The system of a group with the contacts that press and hold as of now, solved.
+    /// Solves the system of a group with the present prediction of contacts. Returns false if no
+    /// solution exists.
     fn solve_once(&mut self, of: Range<usize>, group: u32, h: f64) -> bool {
         let Self { things, islands, pairs, near, system, .. } = self;
         for k in of.clone() {
@@ -182,8 +184,7 @@ impl World {
             }
             counters.released += pair.released();
             let [a, b] = pair.bodies;
-            // Only a tool records the impulse that it is given, and by rank it is the first of a
-            // pair.
+            // Only tools record impulses, and a tool is the first body of a pair.
             let is_booked = matches!(self.things[a].role, Role::Tool(_));
             if !is_booked || matches!(self.things[b].role, Role::Fixed) {
                 continue;
@@ -200,7 +201,8 @@ impl World {
                 part.from_objects = part.from_objects + impulse;
             }
         }
-        // One share for all, so that what holds between them holds on the way.
+        // All bodies of a group move the same fraction of the step, so contacts between them stay
+        // consistent.
         let reach = |k: usize| {
             let Thing { role, part, .. } = &self.things[self.islands.body(k)];
             match role {
@@ -222,7 +224,7 @@ impl World {
                     part.twist = twist;
                 }
                 Role::Free(free) => {
-                    // As it was solved for, so that all momenta together are conserved.
+                    // The momentum is not scaled, so the total momentum is conserved.
                     free.set_twist(pose, &part.twist);
                     free.reach.follow(&twist, h);
                     *pose = Free::moved(pose, body.mass().center_of_mass, &twist, h);
@@ -232,7 +234,7 @@ impl World {
         }
     }
 
-    /// The step of a group has no solution.
+    /// Stops the bodies of a group whose step has no solution.
     fn reset(&mut self, of: Range<usize>) {
         self.counters.reset += 1;
         for k in of {
@@ -247,8 +249,8 @@ impl World {
     }
 }
 
-/// The velocity of the first body with respect to the second one at the end of the step, about the
-/// first one's centre of mass.
+/// Returns the velocity of the first body relative to the second body at the end of the step, about
+/// the first body's centre of mass.
 fn relative_to(things: &[Thing], [a, b]: [usize; 2]) -> Twist {
     let [a, b] = [&things[a], &things[b]];
     let known = |thing: &Thing| if thing.part.is_moved { thing.part.twist } else { thing.twist };

@@ -1,17 +1,17 @@
-//! The linear system of the bodies that one implicit step moves together: a matrix of 6×6 blocks,
-//! with one diagonal block for each body and one off-diagonal block for each pair of bodies in
+//! The linear system of the bodies that one implicit step moves together. Its matrix consists of
+//! 6×6 blocks: a diagonal block for each body, and an off-diagonal block for each pair of bodies in
 //! contact.
 //!
-//! The matrix is symmetric and positive definite, so it has a Cholesky factorisation. This is
-//! computed block by block, and only for blocks that are not zero or become nonzero (fill-in).
-//! Bodies with few neighbours should come first: eliminating a body couples all of its remaining
-//! neighbours.
+//! The matrix is symmetric and positive definite, so it has a Cholesky factorisation. The
+//! factorisation is computed block by block, and zero blocks are skipped. Bodies with few
+//! neighbours should come first, because the elimination of a body couples all of its remaining
+//! neighbours (fill-in).
 
 use glam::DVec3;
 
 use crate::algebra::{Twist, Wrench};
 
-/// Six rows of six; rotation before translation.
+/// A matrix of 6×6; rotation before translation.
 pub(super) type Block = [[f64; 6]; 6];
 
 const ZERO: Block = [[0.0; 6]; 6];
@@ -21,28 +21,28 @@ const ZERO: Block = [[0.0; 6]; 6];
 pub(super) struct BlockSystem {
     /// Lower triangle, row by row.
     blocks: Vec<Block>,
-    /// Which of these blocks are not zero.
+    /// True for each block that is not zero.
     filled: Vec<bool>,
     right: Vec<[f64; 6]>,
-    /// Bodies.
+    /// Number of bodies.
     size: usize,
 }
 
 impl BlockSystem {
-    /// Memory for `most` bodies.
+    /// Allocates memory for at most `most` bodies.
     pub(super) fn new(most: usize) -> Self {
         let count = most * (most + 1) / 2;
         Self { blocks: vec![ZERO; count], filled: vec![false; count], right: vec![[0.0; 6]; most], size: 0 }
     }
 
-    /// An empty system of `size` bodies.
+    /// Returns an empty system of `size` bodies.
     pub(super) fn begin(&mut self, size: usize) {
         self.size = size;
         self.filled[..size * (size + 1) / 2].fill(false);
         self.right[..size].fill([0.0; 6]);
     }
 
-    /// Sets what body `i` has by itself.
+    /// Sets the diagonal block and the right side of body `i`.
     pub(super) fn set_own(&mut self, i: usize, block: Block, right: &Wrench) {
         let at = place(i, i);
         (self.blocks[at], self.filled[at]) = (block, true);
@@ -50,8 +50,8 @@ impl BlockSystem {
         self.right[i] = [torque.x, torque.y, torque.z, force.x, force.y, force.z];
     }
 
-    /// Subtracts `block` from the block of row `i` and column `j`, and its transpose from that of
-    /// row `j` and column `i`.
+    /// Subtracts `block` from the block in row `i` and column `j`, and its transpose from the block
+    /// in row `j` and column `i`.
     pub(super) fn take_between(&mut self, i: usize, j: usize, block: &Block) {
         let at = place(i.max(j), i.min(j));
         if !std::mem::replace(&mut self.filled[at], true) {
@@ -65,8 +65,8 @@ impl BlockSystem {
         }
     }
 
-    /// Solves the system. Returns false if the matrix is not positive definite, be it only by
-    /// rounding.
+    /// Solves the system. Returns false if the matrix is not positive definite, even if only
+    /// because of rounding.
     #[must_use]
     pub(super) fn solve(&mut self) -> bool {
         for k in 0..self.size {
@@ -97,13 +97,13 @@ impl BlockSystem {
         self.right[..self.size].iter().flatten().all(|x| x.is_finite())
     }
 
-    /// The twist of body `i`, after [`Self::solve`].
+    /// Returns the twist of body `i`, after [`Self::solve`].
     pub(super) fn twist(&self, i: usize) -> Twist {
         let [a, b, c, d, e, f] = self.right[i];
         Twist { angular: DVec3::new(a, b, c), linear: DVec3::new(d, e, f) }
     }
 
-    /// Adds the coupling of the neighbours of body `k` with each other through `k`.
+    /// Eliminates body `k`: adds the terms that couple its neighbours with each other.
     fn eliminate(&mut self, k: usize) {
         for i in k + 1..self.size {
             if !self.filled[place(i, k)] {
@@ -126,7 +126,7 @@ impl BlockSystem {
     }
 }
 
-/// Index of block (i, j), with j not after i.
+/// Returns the index of block (i, j), with j ≤ i.
 fn place(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }
@@ -141,7 +141,8 @@ fn subtract(row: &mut [f64; 6], what: impl Fn(usize) -> f64) {
     }
 }
 
-/// L of a block L Lᵀ, with zeros above the diagonal.
+/// Returns the Cholesky factor L of a block L Lᵀ, with zeros above the diagonal; `None` if the
+/// block is not positive definite.
 fn factored(block: &Block) -> Option<Block> {
     let mut factor = ZERO;
     for i in 0..6 {
@@ -160,7 +161,7 @@ fn factored(block: &Block) -> Option<Block> {
     Some(factor)
 }
 
-/// `row` becomes y with L y = row.
+/// Replaces `row` by the solution y of L y = row.
 fn solve_lower(factor: &Block, row: &mut [f64; 6]) {
     for i in 0..6 {
         let sum: f64 = (0..i).map(|k| factor[i][k] * row[k]).sum();
@@ -168,7 +169,7 @@ fn solve_lower(factor: &Block, row: &mut [f64; 6]) {
     }
 }
 
-/// `row` becomes x with Lᵀ x = row.
+/// Replaces `row` by the solution x of Lᵀ x = row.
 fn solve_upper(factor: &Block, row: &mut [f64; 6]) {
     for i in (0..6).rev() {
         let sum: f64 = (i + 1..6).map(|k| factor[k][i] * row[k]).sum();
@@ -188,9 +189,9 @@ mod tests {
         Twist { angular: random.vector(), linear: random.vector() }
     }
 
-    /// Bodies on springs, some of them joined: solving inverts the multiplication.
+    /// Bodies on springs, some of them joined: the solution of the product is the original vector.
     #[test]
-    fn solving_undoes_multiplying_for_any_graph_of_contacts() {
+    fn solution_inverts_multiplication_for_any_graph() {
         let mut random = Random::new(SEED);
         for size in [1, 2, 3, 7, 20] {
             let mut system = BlockSystem::new(20);
@@ -243,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_definite_is_said() {
+    fn indefinite_matrix_is_reported() {
         let mut system = BlockSystem::new(1);
         system.begin(1);
         system.set_own(0, ZERO, &Wrench::ZERO);

@@ -49,7 +49,7 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::from_translation(DVec3::new(x, y, z))
 }
 
-/// A world with a table whose top is z = 0.
+/// Returns a world with a table whose top is z = 0.
 fn table() -> World {
     let mut world = World::new(settings()).unwrap();
     world.add(Object::fixed(cuboid(DVec3::new(1.0, 1.0, 0.1)), at(0.0, 0.0, -0.05))).unwrap();
@@ -69,7 +69,7 @@ fn speed(world: &World, body: BodyId) -> f64 {
 }
 
 #[test]
-fn a_block_on_a_table_and_a_stack_of_three_come_to_rest_and_stay() {
+fn block_and_stack_come_to_rest() {
     for count in [1, 3] {
         let mut world = table();
         let body = cuboid(DVec3::splat(0.04));
@@ -87,7 +87,7 @@ fn a_block_on_a_table_and_a_stack_of_three_come_to_rest_and_stay() {
             assert!(drift < 1e-9, "{count} blocks: {drift} m in two seconds");
             assert!(speed(&world, block) < 1e-9, "{count} blocks: {:?}", world.twist(block));
         }
-        // The table bears the weight of all.
+        // The table bears the weight of all blocks.
         let weight = f64::from(count) * 700.0 * 0.04f64.powi(3) * -G.z;
         let borne = world.pairs[0].impulse(&Twist::default(), DT).force.z / DT;
         assert!((borne - weight).abs() < 1e-6 * weight, "{borne} N of {weight}");
@@ -96,7 +96,7 @@ fn a_block_on_a_table_and_a_stack_of_three_come_to_rest_and_stay() {
 
 #[test]
 #[ignore = "ten minutes of rest take minutes"]
-fn a_block_and_a_stack_rest_for_ten_minutes() {
+fn block_and_stack_rest_for_ten_minutes() {
     for count in [1, 3] {
         let mut world = table();
         let body = cuboid(DVec3::splat(0.04));
@@ -105,8 +105,8 @@ fn a_block_and_a_stack_rest_for_ten_minutes() {
         let blocks: Vec<_> =
             (0..count).map(|k| world.add(Object::free(body.clone(), pose(k), 700.0)).unwrap()).collect();
         run(&mut world, 1000);
-        // J: twice the kinetic energy at the most, since a cube's radius of inertia is less than
-        // 0.02 m, and that of height.
+        // Bound of the energy above rest, J. The kinetic energy is overestimated, since a cube's
+        // radius of inertia is less than 0.02 m.
         let energy = |world: &World| -> f64 {
             let of = |&id: &BodyId| speed(world, id).powi(2) - G.z * world.pose(id).translation.z;
             mass * blocks.iter().map(of).sum::<f64>()
@@ -125,10 +125,10 @@ fn a_block_and_a_stack_rest_for_ten_minutes() {
     }
 }
 
-/// On a slope just below the angle of friction a block stays; just above it, it slides as Coulomb's
-/// does.
+/// On a slope just below the friction angle a block stays. Just above this angle, it slides as
+/// Coulomb's law predicts.
 #[test]
-fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
+fn block_on_a_slope_follows_coulombs_law() {
     let limit = MU.atan();
     for (slope, slides) in [(0.5 * limit, false), (0.97 * limit, false), (1.2 * limit, true)] {
         let mut world = table();
@@ -143,7 +143,7 @@ fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
             let acceleration = (end - begin) / 0.3;
             assert!((acceleration - expected).abs() < 0.01 * 9.81 * MU * slope.cos(), "{acceleration}, {expected}");
         } else {
-            // The loads of its corners have settled.
+            // Waits until the loads of the block's corners have settled.
             run(&mut world, 300);
             let at_rest = world.pose(block).translation.x;
             run(&mut world, 1000);
@@ -153,9 +153,9 @@ fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
     }
 }
 
-/// Bodies that meet in free space, in odd ways.
+/// Three bodies collide in free space at odd angles.
 #[test]
-fn momentum_is_conserved_when_free_bodies_meet() {
+fn collisions_conserve_momentum() {
     let mut world = World::new(settings()).unwrap();
     let bodies = [
         (cuboid(DVec3::new(0.06, 0.04, 0.02)), at(0.0, 0.0, 0.0)),
@@ -184,10 +184,10 @@ fn momentum_is_conserved_when_free_bodies_meet() {
         assert!(now.distance(linear) < 1e-9 * size, "tick {tick}: {now} of {linear}");
         assert!(turning.distance(angular) < 1e-9 * 0.1 * size, "tick {tick}: {turning} of {angular}");
     }
-    assert!(met > 10, "they are to meet");
+    assert!(met > 10, "the bodies must collide: {met}");
 }
 
-/// Two fingers that press from both sides.
+/// Returns a free block on a table, and two fingers that press it from both sides.
 fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     let mut world = table();
     let block = world.add(Object::free(cuboid(DVec3::splat(0.04)), at(0.0, 0.0, 0.02), 700.0)).unwrap();
@@ -196,8 +196,8 @@ fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     (world, block, fingers)
 }
 
-/// Target poses of the two fingers: `in_by` (m) further in than where they touch, lifted and turned
-/// about the y axis.
+/// Returns the target poses of the two fingers: each is `in_by` (m) inside the block, lifted by
+/// `lift` (m), and turned about the y axis by `turn` (rad).
 fn meant(in_by: f64, lift: f64, turn: f64) -> [ProbeState; 2] {
     let rotation = DQuat::from_rotation_y(turn);
     [-1.0, 1.0].map(|side| {
@@ -207,7 +207,7 @@ fn meant(in_by: f64, lift: f64, turn: f64) -> [ProbeState; 2] {
 }
 
 #[test]
-fn two_tools_that_squeeze_a_free_block_lift_it_and_turn_it() {
+fn two_tools_lift_and_turn_a_free_block() {
     let (mut world, block, fingers) = squeeze();
     let (depth, height, angle) = (3e-3, 0.05, 0.5);
     for k in 0..3000 {
@@ -226,9 +226,9 @@ fn two_tools_that_squeeze_a_free_block_lift_it_and_turn_it() {
     assert!((left + right).distance(G.normalize() * weight) < 0.05, "{left} and {right} bear {weight} N");
 }
 
-/// Other bodies do not change what a tool feels, as long as it does not touch them.
+/// Bodies that a tool does not touch do not change its wrench.
 #[test]
-fn a_tool_alone_feels_what_it_feels_among_many() {
+fn bodies_without_contact_do_not_change_the_wrench() {
     let probe = cuboid(DVec3::splat(0.02));
     let press = |k: u32| {
         let t = f64::from(k) * DT;
@@ -253,7 +253,7 @@ fn a_tool_alone_feels_what_it_feels_among_many() {
 }
 
 #[test]
-fn what_is_put_elsewhere_or_added_later_is_felt_there() {
+fn moved_and_added_bodies_are_felt() {
     let mut world = World::new(settings()).unwrap();
     let block = cuboid(DVec3::splat(0.02));
     let wall = world.add(Object::fixed(block.clone(), at(1.0, 0.0, 0.0))).unwrap();
@@ -273,7 +273,7 @@ fn what_is_put_elsewhere_or_added_later_is_felt_there() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_changes_nothing() {
+fn invalid_input_is_refused_and_changes_nothing() {
     let mut world = table();
     let body = cuboid(DVec3::splat(0.02));
     for density in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -289,7 +289,7 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     assert!(!world.throw(arm, Twist::default()) && !world.put(world.body_of(tool), Pose::IDENTITY));
     world.set_gravity(DVec3::NAN);
     for dt in [0.0, f64::NAN, -1.0, DT] {
-        // No probe, and an invalid one.
+        // A step without a probe state, and a step with an invalid pose.
         world.step(&[], dt, &NoClock);
         world.step(&[ProbeState::at(at(f64::NAN, 0.0, 0.0))], dt, &NoClock);
         assert_eq!(world.tick(tool).commanded, Wrench::ZERO);

@@ -1,27 +1,27 @@
-//! State of a world's tools, and changes between two steps.
+//! Access to a world's tools, and changes of their settings between steps.
 
 use super::{BodyId, ToolId, World};
 use crate::force::ShadingSettings;
 use crate::render::{Limits, Settings, SettingsError, Tick};
 
 impl World {
-    /// The body id of a tool.
+    /// Returns the body id of a tool.
     pub fn body_of(&self, tool: ToolId) -> BodyId {
         BodyId(self.tools[tool.0].thing)
     }
 
-    /// The tick of a tool in the last step.
+    /// Returns the tick of a tool in the last step.
     pub fn tick(&self, tool: ToolId) -> &Tick {
         &self.tools[tool.0].tick
     }
 
-    /// The settings of a tool, of the next step.
+    /// Returns the settings of a tool for the next step.
     pub fn tool_settings(&self, tool: ToolId) -> &Settings {
         &self.tools[tool.0].settings
     }
 
-    /// Prepares a tool for shading at this crease angle (rad), which [`Self::set_tool_settings`]
-    /// can then turn on. It makes no difference if shading is on from the start.
+    /// Prepares shading of a tool at this crease angle (rad), so that [`Self::set_tool_settings`]
+    /// can turn it on later. Has no effect if shading is on from the start.
     pub fn prepare_shading(&mut self, tool: ToolId, crease_angle: f64) {
         let held = &mut self.tools[tool.0];
         held.crease_angle.get_or_insert(crease_angle);
@@ -30,20 +30,20 @@ impl World {
         }
     }
 
-    /// rad: the crease angle at which a tool's shading can be on.
+    /// Returns the crease angle at which a tool's shading can be turned on, rad.
     pub fn crease_angle(&self, tool: ToolId) -> Option<f64> {
         self.tools[tool.0].crease_angle
     }
 
-    /// Changes the settings of a tool from the next step on. Contacts, friction and the tool are
-    /// kept and ticks counted on; a new coupling begins where the device is.
+    /// Changes the settings of a tool from the next step on. Contacts, friction, the tool's pose
+    /// and the tick index are kept. A new coupling starts at the device's pose.
     ///
     /// Allocates no memory. Changes that would need memory are refused like invalid settings:
-    /// another `capacity`, and shading at a crease angle other than that at the start or of
-    /// [`Self::prepare_shading`].
+    /// another `capacity`, or shading at a crease angle that was not prepared
+    /// ([`Self::prepare_shading`]).
     ///
     /// # Errors
-    /// With the setting that cannot be; all are then as they were.
+    /// Fails if a setting is invalid; all settings are then unchanged.
     pub fn set_tool_settings(&mut self, tool: ToolId, settings: &Settings) -> Result<(), SettingsError> {
         settings.validate()?;
         let held = &self.tools[tool.0];
@@ -53,7 +53,7 @@ impl World {
         }
         let other = |shading: &ShadingSettings| held.crease_angle != Some(shading.crease_angle);
         if let Some(shading) = settings.shading.filter(other) {
-            return refused("shading.crease_angle", shading.crease_angle, "that for which surfaces were prepared");
+            return refused("shading.crease_angle", shading.crease_angle, "the prepared crease angle");
         }
         let thing = held.thing;
         self.tools[tool.0].set_settings(&self.things[thing].body, settings);
@@ -67,8 +67,8 @@ impl World {
         Ok(())
     }
 
-    /// Limits a tool's coupling to what its device can give at present (`available`). The hand
-    /// bears the rest. Without a coupling, nothing changes.
+    /// Limits the force and torque of a tool's coupling to its device's present limits,
+    /// `available`. Without a coupling, nothing changes.
     pub fn set_available(&mut self, tool: ToolId, available: &Limits) {
         self.tools[tool.0].set_available(available);
     }

@@ -1,4 +1,4 @@
-//! One turn of a world: computes the wrenches of its tools from their states. Outline in `mod.rs`.
+//! One step of a world: computes the wrenches of its tools from their states. Outline in `mod.rs`.
 
 use glam::DVec3;
 
@@ -13,10 +13,11 @@ use crate::render::tool::radius;
 use crate::render::transient::approach;
 
 impl World {
-    /// One step of the loop: computes the wrenches of all tools for their probes' states, in the
-    /// order in which the tools were added. `dt` is the time since the last step, s.
+    /// Runs one step of the loop: computes the wrenches of all tools from their probes' states. The
+    /// states are in the order in which the tools were added. `dt` is the time since the last step,
+    /// s.
     ///
-    /// A tool with an invalid pose feels nothing, and other tools do not feel it.
+    /// A tool with an invalid pose has a zero wrench and no contacts.
     pub fn step(&mut self, probes: &[ProbeState], dt: f64, clock: &impl Clock) {
         let begin = clock.now_ns();
         self.begin(probes, dt);
@@ -41,7 +42,7 @@ impl World {
         self.steps += 1;
     }
 
-    /// Step 1 of the module's description.
+    /// Runs step 1 of the module's description.
     fn begin(&mut self, probes: &[ProbeState], dt: f64) {
         self.counters = WorldCounters::default();
         let h = if dt > 0.0 && dt.is_finite() { dt } else { 0.0 };
@@ -85,7 +86,8 @@ impl World {
         }
     }
 
-    /// Bound on the motion of any point of body `i` in this step (m); `None` if it is not known.
+    /// Returns a bound on the motion of all points of body `i` in this step (m); `None` if no bound
+    /// is known.
     fn reach(&self, i: usize, dt: f64) -> Option<f64> {
         let thing = &self.things[i];
         match &thing.role {
@@ -104,8 +106,9 @@ impl World {
         }
     }
 
-    /// Distance within which the query of a pair finds contacts, m: the contact offset plus the
-    /// largest motion of both bodies in this step, if that is known.
+    /// Returns the separation below which the query of a pair searches contacts, m. This separation
+    /// is the contact offset plus the largest motion of both bodies in this step, if these motions
+    /// are known.
     fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
         let settings = pair.settings();
         match pair.bodies.map(|i| self.reach(i, dt)) {
@@ -114,15 +117,16 @@ impl World {
         }
     }
 
-    /// Step 2.
+    /// Runs step 2 of the module's description.
     fn find_near(&mut self, dt: f64) {
         for i in 0..self.things.len() {
             let thing = &self.things[i];
             if matches!(thing.role, Role::Fixed) && self.boxed_with == self.margin {
                 continue;
             }
-            // The hand may be fast and the work limit small. So a tool's pairs are queried from a
-            // distance of its own size on, so that cached results exist when the two meet.
+            // The hand may be fast and the work limit small. So a tool's pairs are queried as soon
+            // as the distance is below the tool's size. Then cached results exist when the bodies
+            // touch.
             let ahead = if matches!(thing.role, Role::Tool(_)) { radius(&thing.body) } else { 0.0 };
             let margin = self.reach(i, dt).unwrap_or(0.0) + ahead + self.margin;
             if !thing.there {
@@ -154,7 +158,7 @@ impl World {
         self.counters.pairs = self.near.len() as u32;
     }
 
-    /// Stages 1 and 2 of the paper, for all pairs that are near.
+    /// Queries contacts and depths of all near pairs.
     fn query(&mut self, dt: f64, clock: &impl Clock) {
         let work = Work::of(self.allowed);
         let begin = self.steps.checked_sub(1);
@@ -172,7 +176,7 @@ impl World {
             pair.looked_at = Some(self.steps);
             let quota = work.share((self.near.len() - turn) as u64);
             pair.query(&things[a].place(), &things[b].place(), within, &quota, clock);
-            // If both move, each is allowed half of the distance.
+            // If both bodies move, each may move half of the distance.
             let both = [a, b].iter().all(|&i| things[i].rank() < 2);
             let clear = pair.unlooked() * if both { 0.5 } else { 1.0 };
             for i in [a, b] {
@@ -195,7 +199,7 @@ impl World {
         }
     }
 
-    /// Stage 3 of the paper, for all pairs that are near.
+    /// Computes the forces of all near pairs.
     fn force(&mut self) {
         for k in self.near.iter().map(|&k| k as usize) {
             let pair = &mut self.pairs[k];
@@ -234,7 +238,7 @@ impl World {
                 match partner.role {
                     Role::Tool(_) => {
                         tick.from_other = tick.from_other + on_tool;
-                        // The tick's list of all contacts contains these.
+                        // The tick's list of contacts contains these contacts too.
                         tick.contacts_between += if fits { pair.contacts.len() as u32 } else { 0 };
                     }
                     Role::Free(_) | Role::Driven(_) => tick.from_objects = tick.from_objects + on_tool,

@@ -7,8 +7,8 @@
 //! 3. *Energy generated* is the largest net work that the applied wrench has done on the hand at
 //!    any time.
 //! 4. *True overlap* is the largest overlap of the meshes at the pose where the method shows the
-//!    probe. It is measured with samples of both surfaces (`palpus_scenes::overlap`), without the
-//!    engine's contacts.
+//!    probe. The overlap is measured with samples of both surfaces (`palpus_scenes::overlap`),
+//!    without the engine's contacts.
 
 pub(super) mod sweep;
 
@@ -41,19 +41,20 @@ pub(super) const SCENES: [(&str, f64); 9] = [
     ("rollers", 3.4),
 ];
 
-/// Measured only if it is named, because preparing it takes long.
+/// A scene that is measured only if it is named, because preparing it takes long.
 pub(super) const LARGE: (&str, f64) = ("rollers-200k", 3.4);
 
-/// Behind the coupling only. With direct rendering, the probe sinks in as deep as the hand presses,
-/// and fine meshes then have thousands of contacts.
+/// The measured methods, all behind the coupling. With direct rendering, the probe sinks in as deep
+/// as the hand presses, and fine meshes then have thousands of contacts.
 const METHODS: [&str; 2] = ["coupled", "coupled-smooth"];
 
-/// Length of the intervals in which the hum is measured, at rest and anywhere, s.
+/// Lengths of the intervals for the hum at rest and for the worst hum, s.
 const AT_REST: f64 = 1.0;
 const ANYWHERE: f64 = 0.5;
 /// Time after which the effects of the start are over, s.
 const BEGUN: f64 = 0.8;
-/// Time between two measurements of the overlap, and the same for meshes of many triangles, s.
+/// Time between two measurements of the overlap, s; the second value is for bodies of more than
+/// [`MANY_TRIANGLES`].
 const JUDGED: f64 = 0.02;
 const JUDGED_LARGE: f64 = 0.1;
 const MANY_TRIANGLES: usize = 10_000;
@@ -113,14 +114,14 @@ impl Judged {
         Ok(Felt { rest, worst, energy, overlap, mean_force })
     }
 
-    /// Hum within `span` (s); `None` if the loop ended before it.
+    /// Returns the hum within `span` (s); `None` if the loop ended before it.
     fn hum(&self, ticks: &[LoopTick], span: Range<f64>) -> Option<[f64; 2]> {
         let within: Vec<Wrench> = ticks.iter().filter(|tick| span.contains(&tick.time)).map(|tick| tick.felt).collect();
         let whole = ticks.last().is_some_and(|tick| tick.time >= span.end - 0.01);
         whole.then(|| [cycle(&within, |felt| felt.force), cycle(&within, |felt| felt.torque)])
     }
 
-    /// The largest true overlap, m.
+    /// Returns the largest true overlap, m.
     fn overlap(&self, ticks: &[LoopTick]) -> f64 {
         let step = (self.period / crate::bench::TICK) as usize;
         let judged = ticks.iter().step_by(step);
@@ -128,12 +129,12 @@ impl Judged {
     }
 }
 
-/// The hand follows the scene's path.
+/// Returns the drive of a hand that follows the scene's path.
 fn follow<'a>(hand: HandImpedance, intent: &'a dyn Fn(f64) -> Pose) -> Drive<'a> {
     Drive { hand, intent, load: Wrench::ZERO }
 }
 
-/// Every method on the scenes `names` in every hand of the effort.
+/// Measures every method on the scenes `names`, with every hand of `effort`.
 pub(super) fn measure_all(names: &[&'static str], entries: &[Entry], effort: &Effort) -> anyhow::Result<Vec<Row>> {
     let scenes = names.iter().map(|name| judged(name)).collect::<anyhow::Result<Vec<_>>>()?;
     let entries: Vec<&Entry> = entries.iter().filter(|entry| METHODS.contains(&entry.name)).collect();

@@ -1,4 +1,4 @@
-//! The flush sweep: random cases of parts with play, with every hand, each compared with the same
+//! The flush sweep: random cases of parts with play, with every hand. All cases have the same
 //! limits.
 //!
 //! 1. A case's seed decides the parts, their play, twist and tolerance, the contact stiffness and
@@ -32,7 +32,7 @@ const WEIGHT: f64 = 1.0;
 /// Largest number of cases that the page lists.
 const LISTED: usize = 12;
 
-/// Limits: N, N·m, J, m.
+/// Limits of the hum (N and N·m), the energy (J) and the true overlap (m).
 const BARS: [f64; 4] = [1e-3, 0.05e-3, 10e-6, 20e-6];
 /// A limit: its name, its unit in tables, and the factor for that unit.
 const MEASURES: [(&str, f64); 4] =
@@ -89,17 +89,17 @@ impl Case {
 
 const CASE_HEAD: [&str; 7] = ["seed", "scene", "hand", "play (mm)", "twist (°)", "tolerance (mm)", "stiffness (kN/m)"];
 
-/// The measures, in the order of [`BARS`].
+/// Returns the measures, in the order of [`BARS`].
 fn judged_values(felt: &Felt) -> [f64; 4] {
     [felt.rest[0], felt.rest[1], felt.energy, felt.overlap]
 }
 
-/// Returns true if every value is within its limit; NaN is not.
+/// Returns true if every value is within its limit. NaN counts as outside.
 fn passes(felt: &Felt) -> bool {
     judged_values(felt).iter().zip(BARS).all(|(value, bar)| *value <= bar)
 }
 
-/// The largest ratio of a value to its limit.
+/// Returns the largest ratio of a value to its limit.
 fn badness(felt: &Felt) -> f64 {
     judged_values(felt).iter().zip(BARS).map(|(value, bar)| value / bar).fold(0.0, f64::max)
 }

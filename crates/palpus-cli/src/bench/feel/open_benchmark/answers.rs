@@ -15,7 +15,7 @@ const COLUMNS: [&str; 7] = ["force_x", "force_y", "force_z", "torque_x", "torque
 
 /// Answers to all poses of a motion.
 pub(super) struct Answers {
-    /// On the probe, about its grip, along the environment's axes.
+    /// Wrenches on the probe, about its grip, along the environment's axes.
     pub(super) wrenches: Vec<Wrench>,
     /// Time of each step, µs; empty if unknown.
     pub(super) micros: Vec<f64>,
@@ -39,7 +39,7 @@ impl Answers {
     pub(super) fn read(file: &Path, count: usize) -> anyhow::Result<Self> {
         let text = fs::read_to_string(file)
             .with_context(|| format!("{} cannot be read; check the folder of --engine", file.display()))?;
-        Self::of_text(&text, count).with_context(|| format!("{} is no file of answers", file.display()))
+        Self::of_text(&text, count).with_context(|| format!("{} is not a file of answers", file.display()))
     }
 
     fn of_text(text: &str, count: usize) -> anyhow::Result<Self> {
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_files_are_named_by_line_and_column() {
+    fn wrong_file_error_names_line_and_column() {
         for (text, said) in [
             ("force_x,force_y\n".to_owned(), "there is no column force_z"),
             (format!("{HEAD}\n1,2,3,4,nan,6\n"), "line 2, column force_y"),

@@ -1,15 +1,16 @@
 //! Parts with a known play, as scenes of the benchmark: measures how far the probe moves sideways
-//! before there is a force, and the force of a press beyond that.
+//! without a force, and the force of a press beyond this motion.
 //!
 //! The probe starts in the middle of its play. In each of eight directions it moves to [`PRESS`]
 //! beyond first touch, stays there, and returns. An engine's *free travel* ends where the force
 //! first exceeds [`FELT`]. The separation at which the engine begins to push is added, so that the
-//! true value is the play. While the probe stays, the true force is the stiffness times the press
-//! plus this separation, opposite to the direction: all contacts of a scene lie within its cluster
-//! radius and share one stiffness.
+//! true value is the play. While the probe stays, the true force is the stiffness times the sum of
+//! the press and this separation, opposite to the direction. All contacts of a scene lie within its
+//! cluster radius and share one stiffness.
 //!
-//! The play of round parts follows from their diameters. For threads and teeth only the smallest
-//! gap is known, which was measured on the meshes. Their play is at least this gap.
+//! The play of round parts follows from their diameters. For threads and teeth, only the smallest
+//! gap is known, which was measured on the meshes. The play of threads and teeth is at least this
+//! gap.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -45,7 +46,7 @@ pub(super) struct Fit {
 }
 
 pub(super) const FITS: [Fit; 7] = [
-    // 7.995 mm in 8.1 mm.
+    // A peg of 7.995 mm in a hole of 8.1 mm.
     Fit {
         name: "fit-peg-tight",
         probe: "peg_round_8mm_tight_factory.obj",
@@ -55,8 +56,7 @@ pub(super) const FITS: [Fit; 7] = [
         play: 0.000_052_5,
         is_exact: true,
     },
-    // The hole is stated as 8.1 mm, but the mesh has 9 mm. This is the gap that was measured on the
-    // mesh.
+    // The hole is stated as 8.1 mm, but its mesh has 9 mm. The play was measured on the mesh.
     Fit {
         name: "fit-peg",
         probe: "peg_round_8mm.obj",
@@ -112,7 +112,8 @@ const CLUSTER: f64 = 0.1;
 /// Force above which contact counts as felt, N: the stiffness times a micrometre.
 const FELT: f64 = 1e-3;
 
-/// Unit vectors across the play. The first one is not along an axis of the mesh.
+/// Returns the `k`-th unit vector across the play. The first vector is not along an axis of the
+/// mesh.
 fn direction(k: usize) -> DVec3 {
     let (sin, cos) = ((k as f64 + 0.25) / DIRECTIONS as f64 * TAU).sin_cos();
     DVec3::new(cos, sin, 0.0)
@@ -123,7 +124,8 @@ impl Fit {
         FITS.iter().find(|fit| fit.name == name)
     }
 
-    /// Returns the scene of the fit; `None` if its models are not in `folder` or in a folder in it.
+    /// Returns the scene of the fit; `None` if its models are neither in `folder` nor in a
+    /// subfolder.
     pub(super) fn ground(&'static self, folder: &Path) -> anyhow::Result<Option<Ground>> {
         let files = [self.probe, self.environment].map(|file| find(folder, file));
         let [Some(probe), Some(environment)] = files else { return Ok(None) };
@@ -164,7 +166,7 @@ impl Fit {
         }
     }
 
-    /// Distance of the probe from the middle in tick `k` of a round, m.
+    /// Returns the distance of the probe from the middle in tick `k` of a round, m.
     fn travel(&self, k: usize) -> f64 {
         let end = self.play + PRESS;
         match k {
@@ -175,8 +177,8 @@ impl Fit {
         }
     }
 
-    /// Vector opposite to the direction of motion, with the length by which the probe is beyond
-    /// first touch, m.
+    /// Returns a vector opposite to the direction of motion. Its length is the distance by which
+    /// the probe is beyond first touch, m.
     pub(super) fn overlap(&self, probe: &ProbeState) -> DVec3 {
         let way = probe.pose_ba.translation;
         -way.normalize_or_zero() * (way.length() - self.play).max(0.0)
@@ -231,7 +233,7 @@ mod tests {
     use palpus_scenes::shape;
 
     /// A wall all around at the distance of the play is judged correct if its force is k times the
-    /// overlap. It is judged wrong if the force begins a tenth of the play too early.
+    /// overlap. The wall is judged wrong if the force begins a tenth of the play too early.
     #[test]
     fn travel_and_press_are_judged() {
         let fit = &FITS[1];
@@ -251,8 +253,8 @@ mod tests {
                 .map(|row| row.value)
                 .expect("the measure is in the table")
         };
-        // The bound covers the motion in one tick, and the motion up to the first force that
-        // counts.
+        // The allowed error covers the motion in one tick, and the motion until the force exceeds
+        // [`FELT`].
         assert!(value(0.0, "free travel error") < 4e-6);
         assert!((value(0.0, "press over k") - 1.0).abs() < 1e-9);
         assert!(value(0.0, "press direction error") < 1e-6);

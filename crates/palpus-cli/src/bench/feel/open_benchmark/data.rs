@@ -67,7 +67,7 @@ pub(super) fn write(out: &Path, ground: &Ground) -> anyhow::Result<()> {
     files::write(&folder.join("parameters.json"), serde_json::to_string_pretty(&parameters)? + "\n")
 }
 
-/// A built-in scene's polygons as they were made, or the triangles of a model.
+/// Returns the original polygons of a built-in scene, or the triangles of a model.
 fn soup(ground: &Ground, name: &str, body: &Body) -> PolygonSoup {
     match palpus_scenes::scene(ground.name) {
         Some(scene) if name == "probe" => scene.probe,
@@ -106,8 +106,8 @@ fn truth(ground: &Ground) -> Option<String> {
     Some(text)
 }
 
-/// The poses of the probe's mesh in the environment's frame: time (s), translation (m), unit
-/// quaternion.
+/// Returns the poses of the probe's mesh in the environment's frame: time (s), translation (m),
+/// unit quaternion.
 fn motion(ground: &Ground) -> String {
     let mut text = String::from("time,tx,ty,tz,qx,qy,qz,qw\n");
     for (k, probe) in ground.script.iter().enumerate() {
@@ -124,8 +124,8 @@ mod tests {
     use super::*;
     use palpus_io::read_mesh_noting;
 
-    /// The exported folder, read as another engine would read it, must equal the scene. Its README
-    /// must name each file in it.
+    /// The exported folder, read as another engine would read it, must equal the scene. The
+    /// folder's README must name each file.
     #[test]
     fn folder_reads_back() {
         let out = std::env::temp_dir().join(format!("palpus-open-data-{}", std::process::id()));

@@ -42,9 +42,9 @@ const HAND: &str = "normal";
 pub(in crate::bench) struct Asked<'a> {
     pub(in crate::bench) out: &'a Path,
     pub(in crate::bench) scene: Option<&'a str>,
-    /// Folder with the models of parts with a known play; they may be in folders in it.
+    /// Folder with the models of parts with a known play; they may be in subfolders.
     pub(in crate::bench) models: Option<&'a Path>,
-    /// Other engines: a name and the folder of its answers.
+    /// Other engines: the name and the folder of answers of each engine.
     pub(in crate::bench) engines: &'a [(String, PathBuf)],
     /// Writes scenes and motions only.
     pub(in crate::bench) scenes_only: bool,
@@ -144,7 +144,7 @@ pub(in crate::bench) fn run(asked: &Asked<'_>) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Answers of a method that can be stepped, and their measures.
+/// Computes the answers of a method that can be stepped, and their measures.
 fn of_method(out: &Path, ground: &Ground, entry: &Entry) -> anyhow::Result<Vec<Row>> {
     let mut method = Timed { inner: entry.build(ground, &open::tuning(ground))?, micros: Vec::new() };
     let played = open::play(ground, &mut method, false);
@@ -272,7 +272,8 @@ mod tests {
         }
     }
 
-    /// Answers that are the refined truth have no error, and others have theirs.
+    /// Answers equal to the refined truth have no error. Turned forces have an error of the same
+    /// angle.
     #[test]
     fn refined_truth_is_judged() {
         let mut ground = Ground::new("rails", 1.5).expect("a built-in scene");

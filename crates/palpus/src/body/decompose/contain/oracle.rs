@@ -1,10 +1,10 @@
-//! Checks a decomposition with code that is independent of it. Every triangle must belong to one
-//! piece and lie on that piece's hull. No piece may leave the solid; random samples of its interior
-//! and the crossings of its faces with the surface are tested.
+//! Checks a decomposition with independent code. Every triangle must belong to one piece and lie
+//! on that piece's hull. Each piece must lie inside the solid. To check this, the code tests random
+//! points inside each piece, and whether its faces cross the surface.
 //!
 //! Limits: samples miss parts that are thinner than the sample spacing. Before the test for
-//! crossings, each hull is shrunk slightly toward its centroid, so that touching does not count. A
-//! piece that protrudes by less than that is not detected.
+//! crossings, each hull is shrunk slightly toward its centroid, so that touching does not count. If
+//! a piece leaves the solid by less than the shrinkage, the test does not detect it.
 
 use std::ops::ControlFlow;
 
@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::algebra::Random;
 use crate::body::{Aabb, Body, Polytope, TrianglePair};
 
-/// Smallest relative amount by which a piece is shrunk before its faces are tested.
+/// Smallest share of its size by which a piece is shrunk before its faces are tested.
 const SHRINK: f64 = 1e-3;
 
 /// Asserts that each triangle belongs to one piece and lies within `slack` (m) of the

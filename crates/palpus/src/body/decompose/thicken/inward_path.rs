@@ -1,24 +1,25 @@
 //! Computes inward paths from the vertices of a closed surface to the medial axis of the solid, and
-//! along it to the locally thickest part.
+//! then along the medial axis to the locally thickest part.
 //!
 //! From a vertex, the distance to the surface grows fastest along the axis of the narrowest cone
-//! around the inward normals of the vertex's facets. On a planar part this direction is the inward
-//! normal. At an edge, convex or reflex, it is the bisector.
+//! around the inward normals of the vertex's facets. On a planar part, the axis is the inward
+//! normal. At a convex or reflex edge, the axis is the bisector.
 //!
 //! 1. Go from the vertex along that direction as long as the facets at the vertex are the nearest
 //!    part of the surface, or nearly. This step ends at the medial axis.
 //! 2. At the medial axis, another part of the surface is equally near. From the direction to that
-//!    part and the normals of the facets, compute the direction in which the distance to all of
-//!    them grows fastest. It leads along the medial axis. Continue as long as the distance to the
-//!    surface grows at the expected rate.
-//! 3. The path ends if no direction leads away from all near parts, as between opposite walls, or
-//!    after a fixed number of steps.
+//!    part and the normals of the facets, compute the direction in which the distance to all these
+//!    parts grows fastest. This direction leads along the medial axis. Continue as long as the
+//!    distance to the surface grows at the expected rate.
+//! 3. The path ends if no direction leads away from all near parts of the surface, for example
+//!    between opposite walls. The path also ends after a fixed number of steps.
 //!
 //! The length of a step is found by iteration. The expected distance at the end of the step is
 //! known. If a surface point `x` is nearer, the step is shortened until the expected distance holds
-//! for `x`, and the search is repeated. This converges as the shrinking ball of J. Ma, S. Bae, S.
-//! Choi, *3D medial axis point approximation using nearest neighbors and the normal field*, 2012.
-//! Each query is cheap, because it only searches for points nearer than the expected distance.
+//! for `x`, and the search is repeated. The iteration converges like the shrinking ball of J. Ma,
+//! S. Bae, S. Choi, *3D medial axis point approximation using nearest neighbors and the normal
+//! field*, 2012. Each query is cheap, because it searches only for points nearer than the expected
+//! distance.
 
 use glam::DVec3;
 
@@ -48,8 +49,8 @@ pub(crate) struct InwardPaths {
 }
 
 impl InwardPaths {
-    /// Computes the inward paths from the corners of all patches that are a part, but not the
-    /// whole, of a closed component.
+    /// Computes the inward paths from the corners of all patches of closed components. Leaves out
+    /// patches that are a whole component.
     pub(crate) fn new(
         surface: &Surface<'_>,
         facets: &Facets,
@@ -138,8 +139,8 @@ impl Around {
 }
 
 /// Appends the points of the inward path from `vertex` to `path`. `normals` are the outward unit
-/// normals of its facets. Each step appends to `normals` the direction to the surface point that
-/// limited the step.
+/// normals of the facets at the vertex. Each step appends to `normals` the direction to the surface
+/// point that limited the step.
 pub(super) fn inward_path(
     vertex: DVec3,
     normals: &mut Vec<DVec3>,
@@ -219,14 +220,15 @@ impl Step {
         let half = w.dot(self.along) - self.distance * self.slope;
         let rest = w.length_squared() - self.distance * self.distance;
         let root = (half * half - square * rest).max(0.0).sqrt();
-        // This is the smaller root in a form without cancellation. If a root exists, `half` is
+        // This formula gives the smaller root without cancellation. If a root exists, `half` is
         // negative.
         if half < 0.0 { rest / (root - half) } else { 0.0 }
     }
 }
 
 /// Returns the point of the convex hull of unit vectors that is nearest to the origin (E. Gilbert,
-/// 1966). Its length is the smallest cosine between its direction and the vectors.
+/// 1966). The length of the returned point is the smallest cosine between its direction and the
+/// vectors.
 fn shortest_of_hull(normals: &[DVec3]) -> DVec3 {
     let Some(&first) = normals.first() else { return DVec3::ZERO };
     let mut best = first;

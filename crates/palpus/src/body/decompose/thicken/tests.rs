@@ -1,4 +1,4 @@
-//! Tests how much of a solid its pieces cover, and how accurate the depths below their patches are.
+//! Tests how much of a solid the pieces cover, and how accurate the depths below their patches are.
 //!
 //! Limit: depths in these tests are depths below the planes of original faces. A test of the whole
 //! pipeline is in the crate `palpus-scenes`.
@@ -63,8 +63,8 @@ fn thick_pieces_cover_a_torus_with_true_depths() {
     }
     assert!(seen >= 285, "seed {SEED:#x}: {seen} of {inside} points have a correct depth");
     // The hulls of the large patches on the outer half of the ring are thick even without inner
-    // corners, so some of their depths are too large. The force stage uses only the plausible
-    // part of a depth.
+    // corners, so some of their depths are too large. The contact query later rejects implausible
+    // depths.
     assert!(too_deep <= 30, "seed {SEED:#x}: {too_deep} points have too large a depth");
     assert!(seen_by_thin < 100, "seed {SEED:#x}: {seen_by_thin} points have a correct depth in thin pieces");
 }

@@ -15,7 +15,7 @@ pub struct ComponentHealth {
 }
 
 /// Counts of triangle fans. A fan is a set of triangles around a vertex that are connected across
-/// sides at that vertex.
+/// edges at that vertex.
 pub(super) struct Fans {
     /// Number of fans at each vertex.
     pub(super) at_vertex: Vec<u32>,
@@ -34,7 +34,8 @@ impl Fans {
             }
             answer.at_vertex[mesh.triangles()[t as usize][k] as usize] += 1;
             answer.of_component[mesh.component(t) as usize] += 1;
-            // Walk around the vertex in one direction, and after a boundary in the other direction.
+            // Walk around the vertex in one direction. At a boundary, continue from the start in
+            // the other direction.
             let mut corner = Some((t, k));
             while let Some((t, k)) = corner.filter(|&(t, k)| !seen[3 * t as usize + k]) {
                 seen[3 * t as usize + k] = true;

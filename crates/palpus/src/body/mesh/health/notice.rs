@@ -9,11 +9,11 @@ pub enum Notice {
     Open(usize),
     /// Number of triangles that cross or overlap others.
     SelfIntersecting(usize),
-    /// The same as [`Self::SelfIntersecting`] if not all pairs were tested; a lower bound.
+    /// Like [`Self::SelfIntersecting`], but only a lower bound, because not all pairs were tested.
     SelfIntersectingAtLeast(usize),
     /// Number of edges of three or more triangles.
     NonManifoldEdges(usize),
-    /// Number of edges of two triangles that disagree on which side is outside.
+    /// Number of edges of two triangles that disagree about the outer side.
     DisagreeingEdges(usize),
     /// Number of components whose orientations cannot agree.
     OneSided(usize),
@@ -65,39 +65,41 @@ impl fmt::Display for Notice {
                 n,
                 "edge",
                 "edges",
-                "at an open boundary: it is felt as a surface, only as deep as its pieces are thick",
+                "at an open boundary: penetration is detected only up to the thickness of the pieces",
             ),
             Self::SelfIntersecting(n) => (
                 n,
                 "triangle",
                 "triangles",
-                "crossing or overlapping others: depth there is only as deep as the pieces are thick",
+                "crossing or overlapping others: penetration is detected only up to the thickness of the pieces",
             ),
             Self::SelfIntersectingAtLeast(n) => (
                 n,
                 "triangle",
                 "triangles",
-                "or more crossing or overlapping others (not all were looked at): depth there is only as deep as the pieces are thick",
+                "or more crossing or overlapping others (not all pairs were tested): penetration is detected only up to the thickness of the pieces",
             ),
             Self::NonManifoldEdges(n) => (n, "edge", "edges", "shared by three or more triangles: treated as a crease"),
-            Self::DisagreeingEdges(n) => {
-                (n, "edge", "edges", "between triangles that disagree about which side is outside")
+            Self::DisagreeingEdges(n) => (n, "edge", "edges", "between triangles that disagree about the outer side"),
+            Self::OneSided(n) => {
+                (n, "component", "components", "whose triangles cannot agree about the outer side, as on a Möbius band")
             }
-            Self::OneSided(n) => (n, "component", "components", "without an outside, like a Möbius band"),
             Self::PinchedVertices(n) => (n, "vertex", "vertices", "where separate parts of the surface touch"),
-            Self::Touching(n) => (n, "pair", "pairs", "of triangles touching without sharing that corner or edge"),
-            Self::Inverted(n) => (n, "closed component", "closed components", "inside out: turned"),
-            Self::Turned(n) => (n, "triangle", "triangles", "facing the wrong way: turned to agree with the others"),
-            Self::Duplicates(n) => (n, "triangle", "triangles", "with the same corners as an earlier one: dropped"),
+            Self::Touching(n) => (n, "pair", "pairs", "of triangles touching outside their shared corners and edges"),
+            Self::Inverted(n) => (n, "closed component", "closed components", "inside out: flipped"),
+            Self::Turned(n) => (n, "triangle", "triangles", "facing the wrong way: flipped to agree with the others"),
+            Self::Duplicates(n) => {
+                (n, "triangle", "triangles", "with the same corners as an earlier triangle: dropped")
+            }
             Self::EmptyTriangles(n) => (n, "triangle", "triangles", "without area: dropped"),
             Self::ExchangedTriangles(n) => {
-                (n, "triangle", "triangles", "without area: removed by cutting a neighbour; nothing opened")
+                (n, "triangle", "triangles", "without area: removed by cutting a neighbour, which opens no gap")
             }
             Self::DegenerateFaces(n) => (n, "face", "faces", "with fewer than three different corners: dropped"),
             Self::SelfCrossingFaces(n) => {
-                (n, "polygon", "polygons", "crossing itself: cut into triangles as well as can be")
+                (n, "polygon", "polygons", "with a border that crosses itself: the triangles may cover a wrong region")
             }
-            Self::Welded(n) => (n, "vertex", "vertices", "at the same place as an earlier one: welded"),
+            Self::Welded(n) => (n, "vertex", "vertices", "at the same place as an earlier vertex: welded"),
             Self::Unused(n) => (n, "vertex", "vertices", "that no face uses: dropped"),
         };
         write!(f, "{count} {} {rest}", if count == 1 { one } else { many })

@@ -5,17 +5,17 @@ use std::ops::ControlFlow;
 use crate::algebra::tolerance;
 use crate::body::{Mesh, TrianglePair, TriangleTree};
 
-/// Counts of triangle pairs with common points beyond a shared vertex or edge.
+/// Counts of triangle pairs with common points outside a shared vertex or edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SelfIntersections {
     /// Pairs of triangles whose interiors cross.
     pub crossing_pairs: usize,
     /// Pairs of coplanar triangles that overlap.
     pub overlapping_pairs: usize,
-    /// Pairs that touch outside of a shared vertex or edge, but do not cross. Examples are
-    /// T-junctions and parts that lie against each other.
+    /// Pairs that touch outside a shared vertex or edge, but do not cross. Examples are
+    /// T-junctions, and two parts that lie against each other.
     pub touching_pairs: usize,
-    /// Number of triangles that cross or overlap another one.
+    /// Number of triangles that cross or overlap another triangle.
     pub triangles: usize,
     /// True if all pairs were tested. If false, the counts are lower bounds.
     pub complete: bool,

@@ -70,8 +70,8 @@ fn random_soups_give_valid_results_everywhere() {
         let grid = 2 + random.below(3);
         let count = 3 + random.below(10);
         for _ in 0..count {
-            // Uses few distinct positions, so that corners coincide, polygons fold and triangles
-            // have no area.
+            // Uses few distinct positions. Therefore corners coincide, polygons fold, and some
+            // triangles have no area.
             let jitter = random.vector() * if random.below(3) == 0 { 1e-10 } else { 0.0 };
             let place = [0; 3].map(|_| random.below(grid) as f64);
             soup.vertices.push(DVec3::from(place) + jitter);
@@ -112,10 +112,10 @@ fn random_soups_give_valid_results_everywhere() {
 /// self-intersecting, number of components.
 type Known = (&'static str, usize, bool, Option<usize>, bool, usize);
 
-/// Reference values from other programs. One program counted the triangles and found whether each
-/// model is closed and its genus. Self-intersections come from a program that tests for exact
-/// crossings. That program does not test for coplanar overlaps, such as those at the rim of the
-/// round hole.
+/// Reference values from other programs. The first program counted the triangles, and computed the
+/// genus and whether the model is closed. A second program tested for self-intersections with exact
+/// predicates. The second program does not detect coplanar overlaps, such as the overlaps at the
+/// rim of the round hole.
 const KNOWN: [Known; 17] = [
     ("paper/teacup_500.obj", 500, true, Some(1), false, 1),
     ("paper/teacup_4972.obj", 4972, true, Some(1), true, 1),
@@ -164,7 +164,8 @@ fn counts_on_defective_models_match_other_programs() {
         assert_eq!(health.notices(), [Notice::Inverted(1)]);
     }
     if let Some(health) = counts("pairs/gear_small.obj") {
-        // The model has two triangles without area. The surface stays closed without them.
+        // The model has two triangles without area. Without these triangles, the surface is still
+        // closed.
         assert_eq!((health.cleaning.exchanged_triangles, health.closed), (2, true));
     }
     if let Some(health) = counts("pairs/hole_round_8mm_factory.obj") {

@@ -8,8 +8,8 @@ use crate::algebra::closest_on_triangle;
 /// The point of a surface nearest to a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Index of a triangle that contains the point. If several triangles contain it, this is the
-    /// first one found.
+    /// Index of a triangle that contains the point. If several triangles contain the point, this is
+    /// the first triangle found.
     pub triangle: u32,
     /// The nearest point, in model units.
     pub point: DVec3,
@@ -29,8 +29,8 @@ impl TriangleTree {
         self.nearest_among(p, limit, |_| true)
     }
 
-    /// Does the same as [`Self::nearest_within`], but only with the triangles for which `counts`
-    /// returns true.
+    /// Searches like [`Self::nearest_within`], but only in the triangles for which `counts` returns
+    /// true.
     pub(crate) fn nearest_among(&self, p: DVec3, limit: f64, counts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
         let mut best = None;
         let mut best_squared = limit * limit;
@@ -62,7 +62,7 @@ impl TriangleTree {
     }
 
     /// Returns some point of the surface that is nearer to `p` than `limit`; `None` if no point is
-    /// so near. The point is usually close to the nearest one, but cheaper to find.
+    /// nearer. The point is usually close to the nearest one, but the search is cheaper.
     pub(in crate::body) fn some_within(&self, p: DVec3, limit: f64) -> Option<DVec3> {
         let mut best = None;
         let mut best_squared = limit * limit;

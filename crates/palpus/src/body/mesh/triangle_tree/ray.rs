@@ -18,9 +18,9 @@ pub struct RayHit {
 }
 
 impl TriangleTree {
-    /// Returns the first intersection of the ray `origin + t * direction` with the surface at `0 ≤
-    /// t ≤ limit`; `None` if the ray misses the surface. `direction` must not be zero, and need not
-    /// have unit length. Both sides of the triangles count.
+    /// Returns the first intersection of the ray `origin + t * direction` with the surface at
+    /// `0 ≤ t ≤ limit`; `None` if the ray misses the surface. `direction` must not be zero, and
+    /// need not have unit length. The ray meets a triangle from either side.
     pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
         let _ = self.visit_ray(origin, direction, limit, |hit| {
@@ -86,7 +86,8 @@ impl Ray {
             enter = enter.max(first.min(second));
             leave = leave.min(first.max(second));
         }
-        // The slack allows for the rounding of the box's slabs, so that no triangle is missed.
+        // The slack allows for the rounding of the parameters at the box's faces, so that no
+        // triangle is missed.
         enter <= leave + tolerance::RAY_SLACK * leave.abs()
     }
 
@@ -98,7 +99,7 @@ impl Ray {
             let p = p - self.origin;
             DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
         });
-        // Both triangles at an edge compute the same value for it, up to the sign.
+        // Both triangles at an edge compute the same value for the edge, up to the sign.
         let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;

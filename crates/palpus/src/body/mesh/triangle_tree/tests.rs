@@ -46,8 +46,8 @@ fn tree_queries_agree_with_exhaustive_search() {
 
 #[test]
 fn rays_from_inside_hit_vertices_and_edges() {
-    // The rays go from the tube's centre to vertices and edge midpoints, where a leak is most
-    // likely.
+    // The rays go from the tube's centre to vertices and edge midpoints. At these points a leak is
+    // most likely.
     let mesh = torus(1.0, 0.4, 12, 8);
     let tree = mesh.tree();
     for &v in mesh.vertices() {

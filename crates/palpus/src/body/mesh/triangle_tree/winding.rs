@@ -1,9 +1,9 @@
-//! Computes winding numbers of points, and decides which points are inside.
+//! Computes winding numbers of points, and tests whether points are inside.
 //!
-//! * On closed surfaces the result is exact. It is the number of signed crossings of the ray from
-//!   the point along +x. The point is moved symbolically by (0, ε, ε²), so the ray never meets an
-//!   edge or a vertex (H. Edelsbrunner, E. Mücke, *Simulation of simplicity*, 1990). All signs are
-//!   computed exactly.
+//! * On closed surfaces the result is exact. The winding number is the number of signed
+//!   crossings of the ray from the point along +x. The point is moved symbolically by (0, ε, ε²),
+//!   so the ray never meets an edge or a vertex (H. Edelsbrunner, E. Mücke, *Simulation of
+//!   simplicity*, 1990). All signs are computed exactly.
 //! * On open surfaces the result is the generalised winding number, a sum of solid angles (A.
 //!   Jacobson, L. Kavan, O. Sorkine-Hornung, *Robust inside-outside segmentation using generalized
 //!   winding numbers*, 2013). Distant boxes are approximated by a dipole with its first-order
@@ -76,9 +76,9 @@ impl Dipole {
 }
 
 impl TriangleTree {
-    /// Returns true if `p` is inside the surface, which means that its winding number is at least
-    /// one half. On closed surfaces the result is exact, and points on the surface count as inside.
-    /// On open surfaces the result is an estimate, as if the openings were covered.
+    /// Returns true if `p` is inside the surface: its winding number is at least one half. On
+    /// closed surfaces the result is exact, and points on the surface count as inside. On open
+    /// surfaces the result is an estimate, as if the openings were covered.
     pub fn inside(&self, p: DVec3) -> bool {
         if !self.bounds().holds(p) {
             return false;
@@ -91,14 +91,14 @@ impl TriangleTree {
     }
 
     /// Returns the sum of the solid angles of all triangles as seen from `p`, divided by 4π. The
-    /// result is 1 inside a closed surface, 0 outside, and about one half in an opening. It is
-    /// undefined on the surface. This function visits every triangle.
+    /// result is 1 inside a closed surface, 0 outside, and about one half in an opening. The result
+    /// is undefined on the surface. This function visits every triangle.
     pub fn winding_number(&self, p: DVec3) -> f64 {
         self.corners.iter().map(|corners| solid_angle(p, corners)).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
-    /// Returns the winding number with distant boxes approximated by dipoles. It differs by at most
-    /// about 0.02 from [`Self::winding_number`].
+    /// Returns the winding number with distant boxes approximated by dipoles. The result differs
+    /// from [`Self::winding_number`] by at most about 0.02.
     pub fn winding_number_fast(&self, p: DVec3) -> f64 {
         let mut sum = 0.0;
         let mut stack = Stack::from_root(&self.nodes);
@@ -118,7 +118,7 @@ impl TriangleTree {
     }
 
     /// Returns the winding number of `p`, computed from the signed crossings of the ray along +x.
-    /// It is exact for closed surfaces. Returns `None` if `p` lies on the surface.
+    /// The result is exact for closed surfaces. Returns `None` if `p` lies on the surface.
     pub(in crate::body) fn crossings(&self, p: DVec3) -> Option<i32> {
         let mut winding = 0;
         let reached = |b: &Aabb| b.max.x >= p.x && b.min.y <= p.y && p.y <= b.max.y && b.min.z <= p.z && p.z <= b.max.z;
@@ -138,7 +138,7 @@ impl TriangleTree {
                 return ControlFlow::Break(());
             }
             // The triangle is ahead of the point in two cases: the point is below a triangle that
-            // faces along the ray, or above a triangle that faces against it.
+            // faces along the ray, or above a triangle that faces against the ray.
             if side * f64::from(direction) < 0.0 {
                 winding += direction;
             }
@@ -154,8 +154,9 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 }
 
 /// Returns +1 if the line through `p` along x crosses the triangle in the direction of its normal,
-/// −1 if it crosses against the normal, and 0 if it misses. `p` is moved by (0, ε, ε²), so the line
-/// never meets an edge. The test of an edge has the same result for both adjacent triangles.
+/// −1 if the line crosses against the normal, and 0 if the line misses. `p` is moved by (0, ε, ε²),
+/// so the line never meets an edge. The test of an edge has the same result for both adjacent
+/// triangles.
 fn pierced(corners: &[DVec3; 3], p: DVec3) -> i32 {
     let flat = corners.map(|c| DVec2::new(c.y, c.z));
     let p = DVec2::new(p.y, p.z);
@@ -176,8 +177,9 @@ fn pierced(corners: &[DVec3; 3], p: DVec3) -> i32 {
     }
 }
 
-/// Returns the signed solid angle (sr) of a triangle as seen from `p`. It is positive if `p` is
-/// behind the triangle (A. van Oosterom, J. Strackee, *The solid angle of a plane triangle*, 1983).
+/// Returns the signed solid angle (sr) of a triangle as seen from `p`. The angle is positive if `p`
+/// is behind the triangle (A. van Oosterom, J. Strackee, *The solid angle of a plane triangle*,
+/// 1983).
 fn solid_angle(p: DVec3, corners: &[DVec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|corner| corner - p);
     let (la, lb, lc) = (a.length(), b.length(), c.length());

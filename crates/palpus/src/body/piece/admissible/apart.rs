@@ -5,11 +5,12 @@
 //! translation of the piece does not matter. This module computes a lower bound of the angle, as
 //! the minimum of these bounds:
 //!
-//! * For a single normal: the length of the chord to it.
-//! * For an arc: between its ends, the sine of the angle to its circle; elsewhere, the chord to the
-//!   nearer end.
-//! * For the directions of a vertex: the sine of the elevation, along the direction, of its highest
-//!   neighbour on the mesh. This sine changes by at most the angle by which the direction rotates.
+//! * For a single normal: the length of the chord between the direction and the normal.
+//! * For an arc: the sine of the angle to the arc's great circle if the direction is between the
+//!   ends of the arc. Otherwise the length of the chord to the nearer end.
+//! * For the directions at a vertex: the sine of the elevation of the highest neighbouring mesh
+//!   vertex, measured along the direction. If the direction rotates, this sine changes by at most
+//!   the angle of the rotation.
 
 use glam::DVec3;
 
@@ -20,10 +21,10 @@ use crate::body::decompose::facet::NONE;
 impl OwnNormals<'_> {
     /// Returns a lower bound of the angle (rad) between `direction` and all admissible normals of
     /// the piece. `direction` is a unit vector in the piece's frame. The result is zero or negative
-    /// if the direction is admissible or nearly so.
+    /// if the direction is admissible or nearly admissible.
     pub fn angle_to(&self, direction: DVec3) -> f64 {
-        // Twice the tolerance of the tests for admissible normals. It is doubled because the given
-        // direction is rounded too.
+        // The tolerance of the tests for admissible normals, doubled because the given direction is
+        // rounded too.
         const SLACK: f64 = 2.0 * ADMISSIBLE_ANGLE;
         let planes = self.faces.iter().map(|own| self.polytope.plane(own.face));
         let planes = planes.chain(self.borrowed.iter().map(|borrowed| borrowed.plane));

@@ -1,10 +1,10 @@
 //! Computes the admissible normals of all pieces from the mesh.
 //!
-//! 1. For each triangle, find the face of its piece in which it lies. The triangle then counts with
-//!    the normal of that face.
+//! 1. For each triangle, find the face of its piece in which the triangle lies. The normal of that
+//!    face then counts as the normal of the triangle.
 //! 2. For each piece, find its own faces, and how much of each face is covered by triangles.
 //! 3. For each edge of an own face, find the sides of the face's triangles along the edge, and how
-//!    the mesh bends there. If it bends outward, add an arc.
+//!    the mesh bends at these sides. If the mesh bends outward, add an arc.
 //! 4. Find the mesh vertex at each vertex of a piece, and the neighbours of each mesh vertex.
 //! 5. Compute a cap around all admissible normals of each piece (`cap`).
 
@@ -118,7 +118,7 @@ impl<'s> Source<'s> {
         let mut source = Self { mesh, half_edges, true_normals, normals: Vec::new(), noise };
         let mut normals = source.true_normals.clone();
         // An arc ends at the normal of the face in which the neighbouring triangle lies. Then both
-        // pieces at the edge have the same normal there.
+        // pieces at the edge use the same normal for this triangle.
         let within = |part: usize| {
             let some = part * OWNERS_PER_PART..pieces.len().min((part + 1) * OWNERS_PER_PART);
             let mut within = Vec::new();
@@ -140,8 +140,7 @@ impl<'s> Source<'s> {
         source
     }
 
-    /// Returns true if triangle `t` lies in `plane` and faces to the same side; false if only a
-    /// side of it lies there.
+    /// Returns true if triangle `t` lies in `plane` and faces to the same side as the plane.
     fn lies_in(&self, t: u32, plane: Plane) -> bool {
         let flat = self.mesh.triangle_points(t).iter().all(|p| plane.height(*p).abs() <= ON_FACE * self.noise);
         flat && plane.normal.dot(self.true_normals[t as usize]) > FOLDED
@@ -232,7 +231,7 @@ impl Sides {
     }
 
     /// Returns the normal of the mesh across edge `e`, as seen from its left face if `of_left`,
-    /// else from its right face. It is rotated at most to the normal of the other face. Returns
+    /// else from its right face. The result is never beyond the normal of the other face. Returns
     /// `None` if the mesh does not bend outward.
     fn turn(&self, source: &Source<'_>, polytope: &Polytope, e: u32, of_left: bool) -> Option<DVec3> {
         let edge = polytope.edge(e);
@@ -270,7 +269,7 @@ impl Sides {
 /// Appends the mesh vertex at each vertex of the piece, or [`NONE`]. Searches the corners of the
 /// piece's triangles.
 fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u32>) {
-    // Adding positive zero removes negative zeros. Hulls and meshes may differ in the sign of zero.
+    // Hulls and meshes may differ in the sign of zero. Adding positive zero removes negative zeros.
     let key = |p: DVec3| (p + DVec3::ZERO).to_array();
     let order =
         |p: &[f64; 3], q: &[f64; 3]| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2]));
@@ -285,12 +284,12 @@ fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u3
     }));
 }
 
-/// Returns the neighbours of each mesh vertex in ascending order, in flat arrays: the start of each
-/// vertex's entries, and all entries.
+/// Returns the neighbours of each mesh vertex in ascending order, as two flat arrays: the start of
+/// each vertex's entries, and all entries.
 fn rings(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
     let sides = || mesh.triangles().iter().flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
-    // Counting sort of the two ends of each side. A neighbour occurs once for each side that leads
-    // to it.
+    // Does a counting sort of the two ends of each side. A neighbour occurs once for each side that
+    // leads to it.
     let mut next = vec![0_u32; mesh.vertices().len() + 1];
     for (v, w) in sides() {
         next[v as usize + 1] += 1;

@@ -1,18 +1,18 @@
-//! Computes a spherical cap that contains all admissible normals of a piece. It allows a quick
-//! rejection, because most normals of another piece lie outside the cap.
+//! Computes a spherical cap that contains all admissible normals of a piece. The cap allows a quick
+//! rejection, because most normals of another piece lie outside it.
 //!
-//! A cap smaller than a half sphere that contains the ends of an arc also contains the arc. At a
-//! vertex, the admissible directions are those along which no neighbouring mesh vertex is higher.
-//! Such a direction is a non-negative combination of the normals of the triangles around the
-//! vertex. To see this, cut the triangles by a plane below the vertex and perpendicular to the
-//! direction. They form a cone, and the sum of their area vectors equals the area vector of its
-//! base, which is parallel to the direction.
+//! If a cap is smaller than a half sphere and contains the ends of an arc, it also contains the
+//! arc. At a vertex, a direction is admissible if no neighbouring mesh vertex is higher along it.
+//! This direction is a non-negative combination of the normals of the triangles around the vertex.
+//! To see this, cut the triangles by a plane below the vertex and perpendicular to the direction.
+//! The cut triangles form a cone. The sum of their area vectors equals the area vector of the
+//! cone's base, which is parallel to the direction.
 //!
-//! The tolerance of the vertex test is added to the cap's angle twice. It is increased if a
-//! triangle at the vertex has a wide angle.
+//! The tolerance of the vertex test is added to the cap's angle twice. The added angle is larger if
+//! a triangle at the vertex has a wide angle.
 //!
-//! If a vertex of the piece is on the boundary of the mesh, or if the normals need half a sphere or
-//! more, the cap is the whole sphere.
+//! The cap is the whole sphere in two cases: a vertex of the piece is on the boundary of the mesh,
+//! or the normals need half a sphere or more.
 
 use glam::DVec3;
 
@@ -46,20 +46,22 @@ impl Cap {
         self.axis.dot(direction) >= self.least
     }
 
-    /// Returns false if no direction on the arc from `left` to `right` lies in the cap. May return
-    /// true without need. Both are unit vectors, and the angle between them is less than π.
+    /// Returns false only if no direction on the arc from `left` to `right` lies in the cap. May
+    /// also return true in this case. `left` and `right` are unit vectors, and the angle between
+    /// them is less than π.
     #[inline]
     pub fn may_meet(&self, left: DVec3, right: DVec3) -> bool {
         let most = self.axis.dot(left).max(self.axis.dot(right));
-        // A direction on the arc is (1 − s) l + s r divided by its length, which is at least |l +
-        // r| / 2. Therefore its dot product is at most `most` divided by |l + r| / 2.
+        // A direction on the arc is (1 − s) l + s r, divided by the length of this vector. The
+        // length is at least |l + r| / 2. Therefore the dot product with the axis is at most `most`
+        // divided by |l + r| / 2.
         most >= self.least
             || most > 0.0 && 4.0 * most * most >= self.least * self.least * (left + right).length_squared()
     }
 }
 
 impl Admissible {
-    /// Computes the caps of all pieces. The rings must already be set.
+    /// Computes the caps of all pieces. The caller must compute the rings first.
     pub(super) fn find_caps(&mut self, mesh: &Mesh, half_edges: &HalfEdges, polytopes: &[Polytope]) {
         let around = Around::new(mesh, half_edges);
         let caps =
@@ -129,11 +131,11 @@ impl<'m> Around<'m> {
         Self { mesh, starts, triangles, open }
     }
 
-    /// Returns the smallest cosine between `axis` and the normals of the triangles around mesh
-    /// vertex `v`, and the cosine of half the widest triangle angle there. If two neighbours of `v`
-    /// may be higher by some tolerance, an admissible direction can tilt toward their triangle by
-    /// the tolerance divided by the second cosine. Returns `None` if `v` is on the boundary of the
-    /// mesh.
+    /// Returns two cosines for the triangles around mesh vertex `v`: the smallest cosine between
+    /// `axis` and their normals, and the cosine of half of their widest angle at `v`. If
+    /// neighbours of `v` may be higher by a tolerance (rad), an admissible direction can tilt
+    /// toward their triangle by the tolerance divided by the second cosine. Returns `None` if `v`
+    /// is on the boundary of the mesh.
     fn most(&self, v: u32, axis: DVec3) -> Option<(f64, f64)> {
         let some = self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize;
         let (mut most, mut narrow) = (1.0_f64, 1.0_f64);

@@ -34,7 +34,7 @@ fn is_real(normal: DVec3, offset: f64) -> bool {
 }
 
 #[test]
-fn admissible_planes_of_an_l_block_are_its_faces() {
+fn l_block_faces_are_its_admissible_planes() {
     let body = l_block();
     for k in 0..body.pieces().len() as u32 {
         let own = body.own_normals(k);
@@ -59,7 +59,7 @@ fn admissible_planes_of_an_l_block_are_its_faces() {
 }
 
 #[test]
-fn the_inner_edge_has_no_normal_into_the_notch() {
+fn inner_edge_has_no_normal_into_the_notch() {
     let body = l_block();
     let inner = |p: DVec3| (p.x - 1.0).abs() < 1e-9 && (p.y - 1.0).abs() < 1e-9;
     let diagonal = DVec3::new(1.0, 1.0, 0.0).normalize();

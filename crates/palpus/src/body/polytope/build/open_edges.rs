@@ -1,4 +1,4 @@
-//! The edges of a polytope that is being assembled, as far as they have one face.
+//! Tracks the edges with only one face during the assembly of a polytope.
 
 use super::super::Edge;
 
@@ -35,8 +35,8 @@ impl OpenEdges {
         None
     }
 
-    /// Adds the edge `tail → head`, which the caller will push next. Returns false if there already
-    /// is an open edge `tail → head`.
+    /// Adds the edge `tail → head`. The caller must append this edge to `edges` next. Returns false
+    /// if an edge `tail → head` is already open.
     pub(super) fn open(&mut self, edges: &[Edge], tail: u32, head: u32) -> bool {
         let mut e = self.first[tail as usize];
         while e != Self::END {

@@ -14,7 +14,8 @@ use crate::body::Body;
 
 /// An obstacle that was created for one translation.
 pub(super) struct Added {
-    /// The moving cell in its body's frame. `None` for a ball, which is valid at one pose only.
+    /// The moving cell in its body's frame. `None` for a ball, because a ball is valid at one pose
+    /// only.
     pub(super) source: Option<Cell>,
     pub(super) moving: Vec<DVec3>,
     pub(super) fixed: Vec<DVec3>,
@@ -29,8 +30,8 @@ pub(super) struct Added {
 }
 
 impl Scene<'_> {
-    /// Returns the obstacle of two cells that overlap where the bodies overlap, with a moved by
-    /// `t`.
+    /// Returns the obstacle of two cells that overlap where the bodies overlap, with body a moved
+    /// by `t`.
     pub(super) fn obstacle_at(&self, crossings: &[Crossing], t: DVec3) -> Option<Added> {
         let closed = |body: &Body| body.mesh().is_closed();
         let (p, q) = if closed(self.a) && closed(self.b) {
@@ -44,7 +45,8 @@ impl Scene<'_> {
                 Cell::grow(self.b.tree(), z, z, self.b.size())?
             })
         } else {
-            // A surface that is not closed has no inside. Then a triangle serves as the cell.
+            // A surface that is not closed has no inside. In this case a triangle is used as the
+            // cell.
             let crossing = crossings.first()?;
             (
                 Cell::flat(self.a.mesh().triangle_points(crossing.moving)),
@@ -54,7 +56,7 @@ impl Scene<'_> {
         Some(self.added_of(p, q))
     }
 
-    /// Returns the obstacle of a cell `p` of a (in a's frame) and a cell `q` of b.
+    /// Returns the obstacle of a cell `p` of body a (in a's frame) and a cell `q` of b.
     fn added_of(&self, p: Cell, q: Cell) -> Added {
         let moving: Vec<DVec3> = p.corners.iter().map(|&corner| self.placement.point(corner)).collect();
         Added {
@@ -71,8 +73,8 @@ impl Scene<'_> {
         }
     }
 
-    /// Adds the obstacles of earlier searches at this pose. `leaves` has the obstacles that blocked
-    /// something there, and `gates` has the exits of rays.
+    /// Adds the obstacles of earlier searches to this pose. `leaves` has the obstacles that blocked
+    /// cones in the last search, and `gates` has the exits of rays.
     pub(in super::super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf], gates: BTreeMap<Ray, Gate>) {
         self.gates[0] = gates;
         let of_leaves = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied());
@@ -84,8 +86,8 @@ impl Scene<'_> {
         }
     }
 
-    /// Extracts the cells of the added obstacles that are in `leaves` or that blocked something at
-    /// this pose, and renumbers them. Also returns the exits of rays at this pose.
+    /// Extracts the cells of the added obstacles that are in `leaves` or that blocked a translation
+    /// at this pose, and renumbers the obstacles. Also returns the exits of rays at this pose.
     pub(in super::super) fn keep(self, leaves: &mut [Leaf]) -> (Vec<(Cell, Cell)>, BTreeMap<Ray, Gate>) {
         let [_, gates] = self.gates;
         let mut used: Vec<bool> = self.added.iter().map(|added| added.used).collect();

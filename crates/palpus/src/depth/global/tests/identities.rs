@@ -22,7 +22,7 @@ fn exchanging_bodies_keeps_the_depth() {
         let p = forth.run(&pose, &settings, &mut GlobalMemory::default());
         let q = back.run(&pose.inverse(), &settings, &mut GlobalMemory::default());
         assert!(agree(&p, &q, 1e-9), "seed {SEED}, case {case}: {p:?} {q:?}");
-        // Moving a by t is equivalent to moving b by −t.
+        // Moving body a by t is equivalent to moving b by −t.
         let surfaces = Surfaces::new((&a, &inside_a.components), (&b, &inside_b.components), &pose);
         assert!(surfaces.is_free(-pose.vector(q.translation)), "seed {SEED}, case {case}");
         assert!(p.upper <= a.size() + b.size());
@@ -48,7 +48,7 @@ fn moving_both_bodies_keeps_the_depth() {
 }
 
 #[test]
-fn depth_changes_at_most_as_fast_as_the_motion() {
+fn depth_changes_no_faster_than_the_motion() {
     let mut random = Random::new(SEED);
     let (a, b) = (body(&ell()), body(&groove()));
     let (inside_a, inside_b) = (interior(&a), interior(&b));

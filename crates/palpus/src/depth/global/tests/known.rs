@@ -1,4 +1,4 @@
-//! Known depths, and a verification of every result on the surfaces.
+//! Tests known depths, and verifies every result on the surfaces.
 
 use super::*;
 use crate::depth::{Certainty, CertificateMemory, DepthScratch, depth_proven};
@@ -15,8 +15,8 @@ fn bar_in_groove_has_its_known_depth() {
     let (inside_a, inside_b) = (interior(&a), interior(&b));
     let query = GlobalDepth::new(&a, &inside_a, &b, &inside_b);
     let settings = GlobalSettings { gap: 1e-6, ..GlobalSettings::new(&a, &b) };
-    // In the left wall, in the floor, free in the groove, in the left wall from outside, in the
-    // corner.
+    // The bar is in the left wall, in the floor, free in the groove, in the left wall from outside,
+    // and in the corner.
     for (pose, depth) in [
         (at(0.7, 1.5, -1.0), 0.3),
         (at(1.1, 0.75, -1.0), 0.25),
@@ -117,7 +117,7 @@ fn bounds_stay_valid_when_budget_is_spent() {
 
 #[test]
 fn pocket_does_not_count_as_free_with_outside() {
-    // A hollow box. It has two closed surfaces, and the inner one is inside out.
+    // A hollow box has two closed surfaces, and the inner surface is inside out.
     let mut shell = cuboid(DVec3::splat(3.0));
     let hollow = placed(cuboid(DVec3::splat(2.0)), &at(0.5, 0.5, 0.5));
     let first = shell.vertices.len() as u32;
@@ -129,7 +129,7 @@ fn pocket_does_not_count_as_free_with_outside() {
     let (inside_a, inside_b) = (interior(&a), interior(&b));
     let query = GlobalDepth::new(&a, &inside_a, &b, &inside_b);
     let settings = GlobalSettings { gap: 1e-3, ..GlobalSettings::new(&a, &b) };
-    // Free in the hollow, then 0.1 deep in its wall.
+    // The first pose is free in the hollow; the second is 0.1 deep in the wall.
     for (x, depth) in [(1.0, 0.0), (0.4, 0.1)] {
         let answer = query.run(&at(x, 1.0, 1.0), &settings, &mut GlobalMemory::default());
         assert!((answer.upper - depth).abs() < 1e-6, "{answer:?}");

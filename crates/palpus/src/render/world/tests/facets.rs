@@ -9,12 +9,13 @@ use crate::algebra::{NoClock, Twist};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 use crate::render::{Object, ProbeState, World};
 
-/// m: radius of the trough.
+/// Radius of the trough, m.
 const TROUGH: f64 = 0.02;
-/// m: radius of the ball.
+/// Radius of the ball, m.
 const BALL: f64 = 0.005;
 
-/// A trough along y, whose section is an arc of 120° in `facets` facets, in a block.
+/// Returns a block with a trough along y. The trough's cross-section is an arc of 120° with
+/// `facets` facets.
 fn trough(facets: u32) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     let arc = (0..=facets).map(|k| {
@@ -49,8 +50,8 @@ fn ball() -> Arc<Body> {
     Arc::new(Body::from_convex(&points).unwrap())
 }
 
-/// The largest change of force (N) from tick to tick while a ball that is pressed into the trough
-/// slides across it, at this speed along it (m/s).
+/// Returns the largest change of force (N) from tick to tick. A ball is pressed into the trough and
+/// slides across it, and with `along` (m/s) along it.
 fn largest_step(facets: u32, along: f64) -> f64 {
     let mut world = World::new(settings()).unwrap();
     world.add(Object::fixed(trough(facets), at(0.0, 0.0, 0.0))).unwrap();
@@ -71,9 +72,9 @@ fn largest_step(facets: u32, along: f64) -> f64 {
     largest
 }
 
-/// 112 to 120 mN if a contact that the step presses first holds from the next step on only.
+/// The change is 112 to 120 mN if a contact has no friction in the step that first presses it.
 #[test]
-fn friction_goes_on_from_facet_to_facet() {
+fn friction_continues_from_facet_to_facet() {
     for (facets, along) in [(6, 0.03), (12, 0.0), (12, 0.03)] {
         let step = largest_step(facets, along);
         assert!(step < 0.05, "{facets} facets, {along} m/s along them: {step} N");

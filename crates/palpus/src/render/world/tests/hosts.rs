@@ -8,11 +8,11 @@ use crate::render::{Object, ProbeState, World};
 
 const SEED: u64 = 0xd21e_0001;
 
-/// How a driven body moves: where it is and its velocity, at a time.
+/// Position (m) and velocity (m/s) of a driven body at a time (s).
 type Way = fn(f64) -> (DVec3, DVec3);
 
-/// The largest change of force (N) from tick to tick where the host says something, and elsewhere;
-/// and the last force.
+/// Returns the largest change of force (N) in ticks with an update, the largest change in other
+/// ticks, and the last force.
 fn steps(way: Way, mut pause: impl FnMut() -> f64) -> (f64, f64, DVec3) {
     let mut world = World::new(settings()).unwrap();
     let said = |t: f64| {
@@ -47,7 +47,7 @@ fn conveyor(t: f64) -> (DVec3, DVec3) {
     (DVec3::X * (2.0 * t - 2.0), DVec3::X * 2.0)
 }
 
-/// 2 mm up and down at 2 Hz, pressed into by the tool.
+/// Returns a motion of 2 mm up and down at 2 Hz, against the tool.
 fn press(t: f64) -> (DVec3, DVec3) {
     let phase = 4.0 * std::f64::consts::PI * t;
     (DVec3::Z * (0.002 * phase.sin()), DVec3::Z * (0.002 * 4.0 * std::f64::consts::PI * phase.cos()))
@@ -59,8 +59,8 @@ fn updates_are_not_felt_as_steps() {
     let steady = steps(conveyor, || 1.0 / 60.0);
     let jittery = steps(conveyor, || 0.010 + 0.015 * random.unit());
     let press = steps(press, || 1.0 / 60.0);
-    // Rounding moves a force by less than a micronewton; the press is the coupling's stiffness
-    // times its speed.
+    // Rounding changes a force by less than a micronewton. For the press, the force changes with
+    // the coupling's stiffness times the press's speed.
     for (name, (at_update, between, force), most) in
         [("conveyor", steady, 1e-6), ("conveyor, jittery host", jittery, 1e-6), ("press", press, 0.025)]
     {
@@ -70,7 +70,7 @@ fn updates_are_not_felt_as_steps() {
     }
 }
 
-/// Whatever hosts say, and whenever, every wrench is finite and within the device's limits.
+/// For any input of hosts at any time, every wrench is finite and within the device's limits.
 #[test]
 fn hostile_hosts_break_nothing() {
     let mut random = Random::new(SEED);

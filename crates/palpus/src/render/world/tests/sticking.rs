@@ -1,4 +1,4 @@
-//! Tests how far a sticking tool moves behind a coupling.
+//! Tests the motion of a sticking tool behind a coupling.
 
 use glam::DVec3;
 
@@ -6,10 +6,11 @@ use super::{DT, MU, at, cuboid, settings};
 use crate::algebra::NoClock;
 use crate::render::{Object, ProbeState, World};
 
-/// Sideways motion of the foot of a tool that sticks, over its friction force and the stated
-/// stiffness, as a share of the expected motion.
+/// Returns the sideways motion of a sticking tool's foot, divided by the motion that its friction
+/// force and the stated stiffness predict.
 ///
-/// The hand presses from `press` (m) below the contact, and then pulls by `pull` (m).
+/// The hand presses to `press` (m) below the plate's surface, and then pulls sideways by `pull`
+/// (m).
 fn give(press: f64, pull: f64) -> f64 {
     let mut world = World::new(settings()).unwrap();
     let plate = world.add(Object::fixed(cuboid(DVec3::new(1.0, 1.0, 0.1)), at(0.0, 0.0, -0.05))).unwrap();
@@ -20,8 +21,8 @@ fn give(press: f64, pull: f64) -> f64 {
         (0..ticks).for_each(|_| world.step(&[ProbeState::at(at(x, 0.0, z))], DT, &NoClock));
         (foot(&world).x, world.tick(tool).commanded.force)
     };
-    // From the air: a tool that begins inside the plate holds at points in the middle of the
-    // overlap.
+    // The tool starts in the air. If it started inside the plate, friction would act in the
+    // middle of the overlap.
     hold(0.0, 0.0102, 20);
     let (before, _) = hold(0.0, 0.01 - press, 500);
     let (after, felt) = hold(pull, 0.01 - press, 500);
@@ -30,7 +31,7 @@ fn give(press: f64, pull: f64) -> f64 {
     (after - before) / (-felt.x / friction.tangential_stiffness)
 }
 
-/// The harder the tool is pulled, the more it presses on one edge.
+/// With a larger `pull`, the tool presses more on one edge.
 #[test]
 fn coupled_tool_sticks_as_stiffly_as_stated() {
     for (press, pull) in [(0.004, 5e-4), (0.006, 2e-4), (0.002, -4e-4), (0.007, 1e-3)] {

@@ -1,4 +1,4 @@
-//! Tests friction that lifts the sliding body.
+//! Tests steps in which friction lifts the sliding body.
 
 use glam::{DQuat, DVec3};
 
@@ -7,7 +7,7 @@ use crate::algebra::{NoClock, Pose, Twist};
 use crate::force::FrictionSettings;
 use crate::render::{Object, ProbeState, World};
 
-/// Drags a stick that leans by `lean` (rad) over a plate, tip first, at `speed` (m/s); returns the
+/// Drags a stick that leans by `lean` (rad) over a plate, tip first, at `speed` (m/s). Returns the
 /// number of unsettled steps.
 fn drag(lean: f64, speed: f64) -> u32 {
     let mut settings = settings();
@@ -32,9 +32,9 @@ fn drag(lean: f64, speed: f64) -> u32 {
     unsettled
 }
 
-/// Without relaxation 35 steps of 600 end on one of two solutions in turn.
+/// Without relaxation, 35 of 600 steps oscillate between two solutions until the rounds end.
 #[test]
-fn a_stick_that_friction_lifts_settles() {
+fn step_with_lifting_friction_settles() {
     let unsettled = drag(0.8, 0.3);
     assert!(unsettled <= 6, "{unsettled} steps");
 }

@@ -1,4 +1,4 @@
-//! A surface under construction: rings of vertices, bands between them, and caps over them.
+//! Builds a surface from rings of vertices, bands between rings, and caps over rings.
 //!
 //! Every ring runs counter-clockwise about the direction in which the surface is swept. So the
 //! triangles of each band face away from the axis of the sweep.
@@ -8,17 +8,17 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-/// Diagonals with a smaller relative difference than this count as equal. So rounding does not
-/// decide how a quad is divided.
+/// Diagonals count as equal below this relative difference. So rounding does not decide how a quad
+/// is divided.
 const EQUAL_DIAGONALS: f64 = 1e-9;
 
 #[derive(Default)]
-pub(super) struct Skin {
+pub(super) struct Surface {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
 }
 
-impl Skin {
+impl Surface {
     pub(super) fn vertex(&mut self, p: DVec3) -> u32 {
         self.vertices.push(p);
         self.vertices.len() as u32 - 1
@@ -48,7 +48,7 @@ impl Skin {
         }
     }
 
-    /// Adds the band from one ring to the next along the sweep. Leaves out the quads whose number
+    /// Adds the band from one ring to the next along the sweep. Leaves out the quads whose index
     /// `keep` rejects.
     pub(super) fn band_where(&mut self, from: &[u32], to: &[u32], keep: impl Fn(usize) -> bool) {
         debug_assert_eq!(from.len(), to.len());
