@@ -20,7 +20,8 @@ fn run(data: &[u8]) {
     let scale = a.size().max(b.size());
     let tolerance = scale * bytes.between(1e-6, 0.3);
     let size = a.size() + b.size();
-    let settings = QuerySettings { tolerance, capacity, proof, patch_angle, guard, holding: hurried, ..QuerySettings::default() };
+    let settings =
+        QuerySettings { tolerance, capacity, proof, patch_angle, guard, holding: hurried, ..QuerySettings::default() };
     let mut query = ContactQuery::new(Arc::new(a), Arc::new(b), settings);
     let mut pose = Pose::IDENTITY;
     for _ in 0..6 {

@@ -17,6 +17,8 @@ use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
 /// allowance for subnormal numbers, which have few digits.
 const ROUNDING: f64 = 1e-12;
 const SMALLEST: f64 = 1e-300;
+/// Allowed rounding of the change that the slew limit allows, relative to the change.
+const SLEW_ROUNDING: f64 = 1e-6;
 
 /// Returns a number as a device may report it.
 fn stated(bytes: &mut Bytes<'_>, usual: f64) -> f64 {
@@ -43,6 +45,8 @@ fn spec(bytes: &mut Bytes<'_>) -> DeviceSpec {
         buttons: bytes.byte(),
         workspace: bytes.rarely().then(|| DVec3::new(stated(bytes, 0.2), stated(bytes, 0.2), stated(bytes, 0.2))),
         delay: stated(bytes, 1e-3),
+        position_step: stated(bytes, 3e-5),
+        angle_step: stated(bytes, 2.5e-4),
     }
 }
 
@@ -72,7 +76,7 @@ fn run(data: &[u8]) {
     let mut gate = Gate::new(&limits);
     let mut state =
         DeviceState { pose: bytes.pose(0.1), twist: Default::default(), buttons: 1, time: 0.0, withheld: false };
-    let mut before = Wrench::ZERO;
+    let (mut before, mut last) = (Wrench::ZERO, Wrench::ZERO);
     for _ in 0..400 {
         match bytes.byte() {
             0..=120 => {
@@ -93,26 +97,31 @@ fn run(data: &[u8]) {
             assert!(good.pose.is_valid(), "{good:?}");
         }
         let bits = u32::from(bytes.short()) | u32::from(bytes.byte()) << 16;
-        let told = if bytes.rarely() { Cuts::from_bits(bits).and(Cuts::TOLD) } else { Cuts::NONE };
+        let inputs = if bytes.rarely() { Cuts::from_bits(bits).and(Cuts::INPUTS) } else { Cuts::NONE };
         let wrench = match bytes.byte() {
             0..=100 => before,
             101..=220 => Wrench { force: 10.0 * bytes.point(), torque: 0.1 * bytes.point() },
             _ => Wrench { force: DVec3::new(bytes.any(), bytes.any(), bytes.any()), torque: DVec3::splat(bytes.any()) },
         };
         before = wrench;
-        let shaped = chain.shape(&usable, &wrench, admitted.cuts.or(told), elapsed);
+        let shaped = chain.shape(&usable, &wrench, admitted.cuts.or(inputs), elapsed);
         let given = shaped.wrench;
         assert!(given.is_finite(), "{shaped:?}");
         let slack = 1.0 + ROUNDING;
         let within = [(given.force, limits.force_peak), (given.torque, limits.torque_peak)];
         assert!(within.iter().all(|&(v, most)| check::within(v, slack * most + SMALLEST)), "{shaped:?} of {limits:?}");
+        // The force falls as fast as the slew limit allows, until it is at rest.
+        let is_falling = given.force.length() <= slack * last.force.length().max(limits.rest_force)
+            && given.force.distance(last.force) >= (1.0 - SLEW_ROUNDING) * limits.force_slew * period;
         if shaped.cuts.has(Cut::Withheld) {
-            assert!(given == Wrench::ZERO, "{shaped:?}");
+            assert!(given.force == DVec3::ZERO || is_falling, "{shaped:?} after {last:?} of {limits:?}");
         }
         if shaped.cuts.is_fault() {
             assert!(matches!(shaped.phase, Phase::Faulted | Phase::Stopped | Phase::Latched), "{shaped:?}");
-            assert!(check::within(given.force, slack * limits.rest_force + SMALLEST), "{shaped:?} of {limits:?}");
+            let is_rest = check::within(given.force, slack * limits.rest_force + SMALLEST);
+            assert!(is_rest || is_falling, "{shaped:?} after {last:?} of {limits:?}");
         }
+        last = given;
         assert!(chain.heat().is_finite());
         if bytes.is_empty() {
             break;

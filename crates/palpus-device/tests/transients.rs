@@ -45,12 +45,12 @@ impl Plate {
     }
 }
 
-/// Returns a device whose simulated operator rests above the plate for [`QUIET`] s, then taps it
+/// Returns a device whose simulated operator rests above the plate for `quiet` s, then taps it
 /// with about `speed` (m/s).
-fn tapping(hand: HandImpedance, speed: f64) -> SimulatedDevice<impl Fn(f64) -> Pose> {
+fn tapping(hand: HandImpedance, speed: f64, quiet: f64) -> SimulatedDevice<impl Fn(f64) -> Pose> {
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
     let intent = move |time: f64| {
-        let angle = speed / SWING * (time - QUIET).max(0.0);
+        let angle = speed / SWING * (time - quiet).max(0.0);
         Pose::from_translation(DVec3::Z * (0.0205 + SWING * angle.cos()))
     };
     SimulatedDevice::new(settings, intent).expect("the settings are valid")
@@ -66,10 +66,10 @@ struct Taps {
     given: f64,
 }
 
-fn tap(hand: &str, speed: f64, material: Option<Material>) -> Taps {
-    let mut device = Judged::new(tapping(hand_preset(hand).expect("the preset exists"), speed));
+fn tap(hand: &str, speed: f64, quiet: f64, material: Option<Material>) -> Taps {
+    let mut device = Judged::new(tapping(hand_preset(hand).expect("the preset exists"), speed, quiet));
     let mut plate = Plate::new(material);
-    let duration = Some(QUIET + 4.0 * TAU * SWING / speed);
+    let duration = Some(quiet + 4.0 * TAU * SWING / speed);
     let options = ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() };
     let (mut loudest, mut cuts): (f64, Cuts) = (0.0, Cuts::NONE);
     let mut observer = |tick: &ServoTick, (): &()| cuts = cuts.or(tick.cuts);
@@ -95,7 +95,7 @@ fn taps_give_the_hand_no_energy() {
     for (name, material) in Material::NAMED {
         for hand in HANDS {
             for speed in SPEEDS {
-                let Taps { loudest, cuts, statistics, given } = tap(hand, speed, Some(material));
+                let Taps { loudest, cuts, statistics, given } = tap(hand, speed, QUIET, Some(material));
                 let energy = statistics.energy;
                 let what = format!("{name}, {hand}, {speed} m/s: {loudest} N, {energy:?}, truly {given} J, {cuts:?}");
                 assert!(loudest > 0.1, "there must be a transient: {what}");
@@ -107,10 +107,61 @@ fn taps_give_the_hand_no_energy() {
     }
 }
 
+#[test]
+fn taps_during_the_ramp_give_the_hand_no_energy() {
+    // The hand reaches the plate 50 to 750 ms after the start. The ramp takes 250 ms.
+    let materials = [None].into_iter().chain(Material::NAMED.map(|(_, material)| Some(material)));
+    for material in materials {
+        for hand in HANDS {
+            for speed in SPEEDS {
+                for quiet in (0..9).map(|k| 0.03 * f64::from(k)) {
+                    let Taps { cuts, statistics, given, .. } = tap(hand, speed, quiet, material);
+                    let energy = statistics.energy;
+                    let what = format!("{material:?}, {hand}, {speed} m/s after {quiet} s");
+                    assert!(!cuts.is_fault() && !cuts.has(Cut::Passivity), "{what}: {cuts:?}");
+                    assert!(given <= 1e-6 && energy.highest <= 1e-6, "{what}: {energy:?}, truly {given} J");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn load_that_is_held_during_the_ramp_is_given_in_full() {
+    // The hand rests 0.7 mm in the plate from the start, or presses 6 mm deep within 0.2 s.
+    for (first, last) in [(-0.7e-3, -0.7e-3), (2e-3, -6e-3)] {
+        for hand in HANDS {
+            let settings =
+                SimulationSettings { hand: hand_preset(hand).expect("the preset exists"), ..Default::default() };
+            let intent = move |time: f64| {
+                let share = (time / 0.2).min(1.0);
+                Pose::from_translation(DVec3::Z * (0.02 + first + share * (last - first)))
+            };
+            let mut device = Judged::new(SimulatedDevice::new(settings, intent).expect("the settings are valid"));
+            let mut plate = Plate::new(None);
+            let options = ServoOptions { timing: Timing::Simulated, duration: Some(2.0), ..ServoOptions::default() };
+            let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+            let mut observer = |tick: &ServoTick, (): &()| {
+                if tick.time > 1.5 {
+                    assert_eq!((tick.wrench, tick.cuts), (tick.computed, Cuts::NONE), "{hand}, {} s", tick.time);
+                    (least, most) = (least.min(tick.wrench.force.z), most.max(tick.wrench.force.z));
+                }
+            };
+            Servo::new(options).expect("options").run(
+                &mut device,
+                |state: &DeviceState, _| StepOutcome::of(plate.step(state).commanded),
+                &mut observer,
+                &AtomicBool::new(false),
+            );
+            assert!(least > 0.05 && most - least < 0.05, "{hand}: {least} to {most} N");
+        }
+    }
+}
+
 /// Returns the true accelerations of the grip (m/s²) from the first impact on, and the first
 /// force of the transient (N).
 fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
-    let mut device = tapping(hand, 0.1);
+    let mut device = tapping(hand, 0.1, QUIET);
     let mut plate = Plate::new(Some(material));
     let (mut accelerations, mut ring, mut last) = (Vec::new(), None, 0.0);
     while accelerations.len() < WINDOW {

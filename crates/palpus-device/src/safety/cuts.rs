@@ -27,7 +27,8 @@ pub enum Cut {
     /// The motors were driven beyond their continuous rating for so long that their peak is no
     /// longer available.
     Heat,
-    /// The device is not engaged, or the ramp is not over.
+    /// The device is not engaged, or the ramp is not over, or a contact that was pressed during the
+    /// ramp is being released: the passivity stage keeps the energy that the ramp has added.
     Engagement,
     /// The loop held a wrench for too long, and detected this itself.
     LateLoop,

@@ -15,6 +15,13 @@
 //!    can take back. Force and torque are each at most the component of the wrench along the
 //!    motion, plus the force of a damper that the device can render stably. Near rest, where the
 //!    direction of a velocity is noise, both fade out.
+//! 4. *Onset*: a contact that is pressed while the gain of the engagement rises would return more
+//!    energy than it took. So from the ramp until the wrench is next near zero there is no
+//!    allowance, and the controller acts early: the hand gets back at most its credit per [`LEAD`]
+//!    seconds, so the credit never ends. Of the credit, only the part counts that is certain
+//!    whatever the grip does within an encoder step. A load at rest is not reduced: only motion
+//!    beyond the noise of a grip at rest counts, and the chain passes the part of the velocity that
+//!    the poses confirm.
 //!
 //! Energy that the controller takes back acts later and is observed then, so nothing is counted
 //! twice.
@@ -43,6 +50,12 @@ const SLOW_TURN: f64 = 0.025;
 /// Largest damping of the controller, relative to the damping after a fault. This limit is less
 /// than half of the damping at which the device would begin to oscillate.
 const MOST_DAMPING: f64 = 3.0;
+/// Time constant with which the credit is given back in an onset, s. It is longer than the time
+/// after which a motion is counted.
+const LEAD: f64 = 8e-3;
+/// A wrench below this share of the peak ends an onset. A spring of 1 kN/m then stores less than
+/// 0.1 µJ, at a peak of 10 N.
+const RELEASED: f64 = 1e-3;
 /// Travel for the credit, m: a spring with the peak force over this travel can return half of force
 /// times travel.
 const CREDIT_TRAVEL: f64 = 16e-3;
@@ -61,6 +74,10 @@ pub struct EnergyAccount {
     allowance: f64,
     /// Largest amount by which `given` can be below zero, J; at least 0.
     credit: f64,
+    /// Share of the computed wrench that the hand gets.
+    gain: f64,
+    /// In an onset: the largest part of `given` that may be wrong, J.
+    onset: Option<f64>,
     translation: Port,
     rotation: Port,
 }
@@ -109,6 +126,10 @@ struct Port {
     damping: f64,
     /// Speed below which the direction is noise, m/s or rad/s.
     slow: f64,
+    /// Smallest sensed motion, m or rad.
+    step: f64,
+    /// Load below which a contact is released, N or N·m.
+    released: f64,
 }
 
 impl EnergyAccount {
@@ -121,8 +142,20 @@ impl EnergyAccount {
             given: 0.0,
             allowance: limits.allowance,
             credit: 0.5 * (limits.force_peak * CREDIT_TRAVEL + limits.torque_peak * CREDIT_TURN),
-            translation: Port { damping: MOST_DAMPING * limits.damping, slow: SLOW },
-            rotation: Port { damping: MOST_DAMPING * limits.angular_damping, slow: SLOW_TURN },
+            gain: 1.0,
+            onset: None,
+            translation: Port {
+                damping: MOST_DAMPING * limits.damping,
+                slow: SLOW,
+                step: limits.position_step,
+                released: RELEASED * limits.force_peak,
+            },
+            rotation: Port {
+                damping: MOST_DAMPING * limits.angular_damping,
+                slow: SLOW_TURN,
+                step: limits.angle_step,
+                released: RELEASED * limits.torque_peak,
+            },
         }
     }
 
@@ -140,14 +173,35 @@ impl EnergyAccount {
     pub fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench {
         let [translation, rotation] = self.work.moved_to(&state.pose, elapsed);
         self.give(translation + rotation);
-        let Twist { angular, linear } = state.twist;
+        let Twist { mut angular, mut linear } = state.twist;
+        if self.onset.is_some() {
+            [angular, linear] = [self.rotation.certain(angular), self.translation.certain(linear)];
+        }
         let force = self.translation.most(computed.force, linear);
         let torque = self.rotation.most(computed.torque, angular);
-        let share = self.share_taken(force.dot(linear) + torque.dot(angular), elapsed.max(self.period));
+        let released = self.translation.is_released(computed.force) && self.rotation.is_released(computed.torque);
+        if released && self.gain >= 1.0 {
+            self.onset = None;
+        }
+        let payable = force.dot(linear) + torque.dot(angular);
+        let power = computed.power(&Twist { angular, linear });
+        let share = self.share_taken(payable, power, released, elapsed.max(self.period));
         if share == 0.0 {
             return *computed;
         }
         Wrench { torque: computed.torque - share * torque, force: computed.force - share * force }
+    }
+
+    /// Takes the gain of the engagement, by which the result of [`Self::limit`] will be multiplied:
+    /// below 1 while the device ramps. Returns true if the next result removes energy that the ramp
+    /// adds; this counts as [`super::Cut::Engagement`]. Called before [`Self::limit`], whose state
+    /// then has only the velocity that the poses confirm.
+    pub fn ramp(&mut self, gain: f64) -> bool {
+        self.gain = gain;
+        if gain < 1.0 {
+            self.onset.get_or_insert_default();
+        }
+        self.onset.is_some()
     }
 
     /// Adds the work that moving bodies and the tools of other devices did on this tool in this
@@ -162,12 +216,17 @@ impl EnergyAccount {
     /// account.
     pub fn commanded(&mut self, wrench: &Wrench) {
         self.work.write(wrench);
+        if let Some(uncertain) = &mut self.onset {
+            *uncertain =
+                uncertain.max(self.translation.uncertain(wrench.force) + self.rotation.uncertain(wrench.torque));
+        }
     }
 
     /// Starts the account again while the device is not engaged.
     pub fn reset(&mut self) {
         self.work.clear();
         self.given = 0.0;
+        self.onset = None;
     }
 
     /// Step 2: adds `work`, J, to the account.
@@ -177,10 +236,16 @@ impl EnergyAccount {
         }
     }
 
-    /// Step 3: returns the fraction of `payable` to take back. `payable` is the largest power
-    /// (W) that both kinds of motion together can return. `dt`: duration of the coming tick, s.
-    fn share_taken(&self, payable: f64, dt: f64) -> f64 {
-        let excess = self.given - self.allowance;
+    /// Steps 3 and 4: returns the share to take back of `payable`, the largest power (W) that both
+    /// kinds of motion can pay. `power`: of the computed wrench, W. `released`: it is near zero.
+    /// `dt`: duration of the coming tick, s.
+    fn share_taken(&self, payable: f64, power: f64, released: bool, dt: f64) -> f64 {
+        let (excess, payable, dt) = match self.onset {
+            None => (self.given - self.allowance, payable, dt),
+            // The hand presses or rests, or there is no contact.
+            Some(_) if power <= 0.0 || released => return 0.0,
+            Some(uncertain) => (self.given + uncertain + self.gain * power * LEAD, self.gain * payable, LEAD),
+        };
         // This form also covers NaN.
         if !(excess > 0.0 && payable > 0.0 && payable.is_finite() && dt > 0.0) {
             return 0.0;
@@ -190,6 +255,23 @@ impl EnergyAccount {
 }
 
 impl Port {
+    /// Returns true if a contact with this load is over.
+    fn is_released(&self, load: DVec3) -> bool {
+        load.length() <= self.released
+    }
+
+    /// Returns the part of the motion `rate` that cannot be the noise of a grip at rest.
+    fn certain(&self, rate: DVec3) -> DVec3 {
+        let speed = rate.length();
+        if speed > self.slow { rate * (1.0 - self.slow / speed) } else { DVec3::ZERO }
+    }
+
+    /// Returns the energy by which the account may be wrong after a contact with this largest load,
+    /// J: a step times the change of the load, which rises and falls again.
+    fn uncertain(&self, load: DVec3) -> f64 {
+        2.0 * self.step * load.length()
+    }
+
     /// Returns the largest force (or torque) that may be taken off `load`: its component along the
     /// motion `rate`, plus damping.
     fn most(&self, load: DVec3, rate: DVec3) -> DVec3 {

@@ -264,12 +264,22 @@ impl SafetyChain {
         if cut { attenuated } else { *wrench }
     }
 
-    /// Stage 4.
+    /// Stage 4. The wrench is limited to the peak first, as in stage 3.
     fn passive(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
-        let limited = self.passivity.limit(wrench, state, self.elapsed);
-        cuts.note(Cut::Passivity, limited != *wrench);
+        let within = self.within_peak(wrench);
+        let onset = self.passivity.ramp(self.machine.gain());
+        // A held load must not be reduced because the grip rests on the border of an encoder step.
+        let twist = if onset { self.motion.confirmed(&state.twist) } else { state.twist };
+        let limited = self.passivity.limit(&within, &DeviceState { twist, ..*state }, self.elapsed);
+        let reason = if onset { Cut::Engagement } else { Cut::Passivity };
+        let cut = limited != within;
+        cuts.note(reason, cut);
         cuts.note(Cut::NonFiniteWrench, !limited.is_finite());
-        if limited.is_finite() { limited } else { Wrench::ZERO }
+        match (cut, limited.is_finite()) {
+            (false, _) => *wrench,
+            (true, true) => limited,
+            (true, false) => Wrench::ZERO,
+        }
     }
 
     /// Stage 5. The slew is not reported as a cut if the next two stages give the same result with
