@@ -20,7 +20,7 @@ pub(crate) struct Micros {
 }
 
 impl Micros {
-    /// Percentiles of the finite ones of these values, µs; all 0 if there are none.
+    /// Percentiles of the finite ones of these values, µs; all 0 without a finite value.
     pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);

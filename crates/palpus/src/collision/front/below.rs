@@ -5,8 +5,8 @@
 //!    limit: first by spheres, then by boxes, then by the nodes' hulls.
 //! 2. A pair of leaves is marched; its result may lower the limit.
 //!
-//! The nearest pair is searched in this way from the pairs on the cut, best bound first. The bound
-//! of a sleeping pair is known from its last measurement, so most sleeping pairs are not examined.
+//! The nearest pair is searched in this way from the pairs on the cut, best bound first. A sleeping
+//! pair has a bound from its last measurement, so most sleeping pairs are not examined.
 
 use super::super::march::{initial_features, march};
 use super::super::wakes::NEVER;
