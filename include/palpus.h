@@ -163,7 +163,7 @@ typedef struct {
     uint64_t capacity;
     /**
      * 1: the depth of each pair of pieces is proven to be the smallest. 0: the depth is a local
- * minimum.
+     * minimum.
      */
     uint32_t prove;
     /**
