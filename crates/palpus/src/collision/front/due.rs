@@ -14,6 +14,12 @@ use crate::body::NodeKind;
 /// How many pairs that are due are collected at a time.
 const DUE: usize = 64;
 
+/// A search for due pairs that ran out of quota is resumed at the begin of its group of so many
+/// blocks. So a small front is always searched from its begin, and a pair that is due in each query
+/// is measured in each query. Without the groups, a tool with little work that slides along the
+/// wall of a hole overlaps by 0.3 mm instead of 0.07 mm.
+const RESUMED: usize = 4;
+
 /// Result of measuring a pair.
 enum Measured {
     /// At least this distance, not less than the tolerance.
@@ -44,7 +50,7 @@ impl Front {
                 let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
                 let (count, next) = self.wakes.collect(block, end, self.motion_bound.sum(), is_wanted, &mut due);
                 if let Some(late) = self.wake_some(query, &due[..count], quota, found, counters) {
-                    self.first_block = late;
+                    self.first_block = late - late % RESUMED;
                     return false;
                 }
                 block = next;
