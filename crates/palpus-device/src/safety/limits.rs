@@ -3,6 +3,8 @@
 //! Every threshold is a formula over the [`DeviceSpec`] and the period of the loop.
 //! [`SafetyLimits::explained`] lists values, formulas and reasons for the user.
 
+use Tighter::{Kept, Larger, Smaller};
+
 use crate::acting::DELAY_MAX;
 use crate::device::{DeviceSpec, known_devices};
 
@@ -79,6 +81,7 @@ const REST_SHARE: f64 = 0.1;
 const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
 /// The thresholds of the safety chain. Callers can read the thresholds and set tighter thresholds.
+/// By default all thresholds are 0, and no force passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyLimits {
     /// Largest force, N.
@@ -209,14 +212,14 @@ impl SafetyLimits {
     /// Returns every threshold with its value, unit, formula and reason.
     pub fn explained(&self) -> [LimitLine; LINES.len()] {
         let mut limits = *self;
-        LINES.map(|(name, field, unit, why)| LimitLine { name, value: *field(&mut limits), unit, why })
+        LINES.map(|(name, _, field, unit, why)| LimitLine { name, value: *field(&mut limits), unit, why })
     }
 
     /// Restores the limits from values by name, as [`SafetyLimits::explained`] lists them; `None`
     /// if a value is missing.
     pub fn from_values(value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
         let mut limits = Self::default();
-        for (name, field, ..) in LINES {
+        for (name, _, field, ..) in LINES {
             *field(&mut limits) = match name {
                 // Old recordings do not contain the encoder steps.
                 "position_step" | "angle_step" => value(name).unwrap_or(0.0),
@@ -233,13 +236,13 @@ impl SafetyLimits {
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
         let (mut limits, mut others) = (*self, *others);
-        for (name, field, ..) in LINES {
+        for (_, tighter, field, ..) in LINES {
             let (own, other) = (field(&mut limits), *field(&mut others));
-            match name {
-                "delay" | "position_step" | "angle_step" => {}
-                "ramp" | "hold" => *own = own.max(other),
-                _ => *own = own.min(other),
-            }
+            *own = match tighter {
+                Smaller => own.min(other),
+                Larger => own.max(other),
+                Kept => *own,
+            };
         }
         limits
     }
@@ -251,63 +254,114 @@ impl SafetyLimits {
     }
 }
 
-/// A threshold: its name, its place in [`SafetyLimits`], its unit and its reason.
-type Line = (&'static str, fn(&mut SafetyLimits) -> &mut f64, &'static str, &'static str);
+/// The tighter of two values of a threshold.
+#[derive(Clone, Copy)]
+enum Tighter {
+    Smaller,
+    Larger,
+    /// The value is no threshold.
+    Kept,
+}
+
+/// A threshold: its name, its tighter value, its place in [`SafetyLimits`], its unit and its
+/// reason.
+type Line = (&'static str, Tighter, fn(&mut SafetyLimits) -> &mut f64, &'static str, &'static str);
 
 /// All thresholds.
 const LINES: [Line; 27] = [
-    ("force_peak", |limits| &mut limits.force_peak, "N", "as the device states; at most its known peak, or 40 N"),
+    (
+        "force_peak",
+        Smaller,
+        |limits| &mut limits.force_peak,
+        "N",
+        "as the device states; at most its known peak, or 40 N",
+    ),
     (
         "torque_peak",
+        Smaller,
         |limits| &mut limits.torque_peak,
         "N·m",
         "at most its known peak, or 5 N·m; 0 without driven rotation",
     ),
-    ("force_continuous", |limits| &mut limits.force_continuous, "N", "as stated, else 0.2 of the peak"),
-    ("torque_continuous", |limits| &mut limits.torque_continuous, "N·m", "as stated, else 0.2 of the peak"),
+    ("force_continuous", Smaller, |limits| &mut limits.force_continuous, "N", "as stated, else 0.2 of the peak"),
+    ("torque_continuous", Smaller, |limits| &mut limits.torque_continuous, "N·m", "as stated, else 0.2 of the peak"),
     (
         "heating_time",
+        Smaller,
         |limits| &mut limits.heating_time,
         "s",
         "of small motors; RMS force over this time is at most continuous",
     ),
-    ("force_slew", |limits| &mut limits.force_slew, "N/s", "peak in 2 ms: transients up to 175 Hz pass"),
-    ("torque_slew", |limits| &mut limits.torque_slew, "N·m/s", "peak in 2 ms"),
-    ("speed", |limits| &mut limits.speed, "m/s", "fastest reach, 3 m/s; at most the workspace in 0.1 s"),
-    ("turn", |limits| &mut limits.turn, "rad/s", "fastest rotation of a wrist, 2000 °/s"),
-    ("jump", |limits| &mut limits.jump, "m", "extra motion between two reads: encoder steps and noise"),
-    ("jump_angle", |limits| &mut limits.jump_angle, "rad", "extra rotation; plus 20 ms of rotation for slow sensors"),
-    ("stale", |limits| &mut limits.stale, "s", "age of a state: 5 mm at 0.5 m/s; at least 5 periods"),
+    ("force_slew", Smaller, |limits| &mut limits.force_slew, "N/s", "peak in 2 ms: transients up to 175 Hz pass"),
+    ("torque_slew", Smaller, |limits| &mut limits.torque_slew, "N·m/s", "peak in 2 ms"),
+    ("speed", Smaller, |limits| &mut limits.speed, "m/s", "fastest reach, 3 m/s; at most the workspace in 0.1 s"),
+    ("turn", Smaller, |limits| &mut limits.turn, "rad/s", "fastest rotation of a wrist, 2000 °/s"),
+    ("jump", Smaller, |limits| &mut limits.jump, "m", "extra motion between two reads: encoder steps and noise"),
+    (
+        "jump_angle",
+        Smaller,
+        |limits| &mut limits.jump_angle,
+        "rad",
+        "extra rotation; plus 20 ms of rotation for slow sensors",
+    ),
+    ("stale", Smaller, |limits| &mut limits.stale, "s", "age of a state: 5 mm at 0.5 m/s; at least 5 periods"),
     (
         "frozen_travel",
+        Smaller,
         |limits| &mut limits.frozen_travel,
         "m",
         "travel by the stated velocity while the pose is unchanged",
     ),
     (
         "frozen_turn",
+        Smaller,
         |limits| &mut limits.frozen_turn,
         "rad",
         "rotation by the stated velocity while the pose is unchanged",
     ),
-    ("stall", |limits| &mut limits.stall, "s", "√(2·0.2 kg·10 mm/peak): a held force moves a hand 10 mm"),
-    ("engage_force", |limits| &mut limits.engage_force, "N", "0.1 of the peak: the largest force at which it engages"),
+    ("stall", Smaller, |limits| &mut limits.stall, "s", "√(2·0.2 kg·10 mm/peak): a held force moves a hand 10 mm"),
+    (
+        "engage_force",
+        Smaller,
+        |limits| &mut limits.engage_force,
+        "N",
+        "0.1 of the peak: the largest force at which it engages",
+    ),
     (
         "engage_torque",
+        Smaller,
         |limits| &mut limits.engage_torque,
         "N·m",
         "0.1 of the peak: the largest torque at which it engages",
     ),
-    ("ramp", |limits| &mut limits.ramp, "s", "ramp after engaging, longer than a hand's reaction"),
-    ("hold", |limits| &mut limits.hold, "s", "time without a fault before it engages again"),
-    ("damping", |limits| &mut limits.damping, "N·s/m", "0.25 s/m of the peak, during a fault"),
-    ("angular_damping", |limits| &mut limits.angular_damping, "N·m·s/rad", "0.005 s/rad of the peak, during a fault"),
-    ("rest_force", |limits| &mut limits.rest_force, "N", "0.1 of the peak: the largest damping force"),
-    ("rest_torque", |limits| &mut limits.rest_torque, "N·m", "0.1 of the peak: the largest damping torque"),
-    ("delay", |limits| &mut limits.delay, "s", "from write to action, as the device states; at most 8 periods"),
-    ("position_step", |limits| &mut limits.position_step, "m", "encoder step, as the device states; at most 0.5 mm"),
-    ("angle_step", |limits| &mut limits.angle_step, "rad", "encoder step, as the device states; at most 0.005 rad"),
-    ("allowance", |limits| &mut limits.allowance, "J", "peak over 0.5 mm: energy given before passivity acts"),
+    ("ramp", Larger, |limits| &mut limits.ramp, "s", "ramp after engaging, longer than a hand's reaction"),
+    ("hold", Larger, |limits| &mut limits.hold, "s", "time without a fault before it engages again"),
+    ("damping", Smaller, |limits| &mut limits.damping, "N·s/m", "0.25 s/m of the peak, during a fault"),
+    (
+        "angular_damping",
+        Smaller,
+        |limits| &mut limits.angular_damping,
+        "N·m·s/rad",
+        "0.005 s/rad of the peak, during a fault",
+    ),
+    ("rest_force", Smaller, |limits| &mut limits.rest_force, "N", "0.1 of the peak: the largest damping force"),
+    ("rest_torque", Smaller, |limits| &mut limits.rest_torque, "N·m", "0.1 of the peak: the largest damping torque"),
+    ("delay", Kept, |limits| &mut limits.delay, "s", "from write to action, as the device states; at most 8 periods"),
+    (
+        "position_step",
+        Kept,
+        |limits| &mut limits.position_step,
+        "m",
+        "encoder step, as the device states; at most 0.5 mm",
+    ),
+    (
+        "angle_step",
+        Kept,
+        |limits| &mut limits.angle_step,
+        "rad",
+        "encoder step, as the device states; at most 0.005 rad",
+    ),
+    ("allowance", Smaller, |limits| &mut limits.allowance, "J", "peak over 0.5 mm: energy given before passivity acts"),
 ];
 
 /// Returns `stated`, at most `most`; 0 if `stated` is NaN, negative or negligible.

@@ -271,15 +271,12 @@ impl SafetyChain {
         // A held load must not be reduced because the grip rests on the border of an encoder step.
         let twist = if onset { self.motion.confirmed(&state.twist) } else { state.twist };
         let limited = self.passivity.limit(&within, &DeviceState { twist, ..*state }, self.elapsed);
-        let reason = if onset { Cut::Engagement } else { Cut::Passivity };
-        let cut = limited != within;
-        cuts.note(reason, cut);
-        cuts.note(Cut::NonFiniteWrench, !limited.is_finite());
-        match (cut, limited.is_finite()) {
-            (false, _) => *wrench,
-            (true, true) => limited,
-            (true, false) => Wrench::ZERO,
+        if limited == within {
+            return *wrench;
         }
+        cuts.note(if onset { Cut::Engagement } else { Cut::Passivity }, true);
+        cuts.note(Cut::NonFiniteWrench, !limited.is_finite());
+        if limited.is_finite() { limited } else { Wrench::ZERO }
     }
 
     /// Stage 5. The slew is not reported as a cut if the next two stages give the same result with

@@ -22,6 +22,7 @@ use eframe::glow;
 use glam::DVec3;
 
 use super::backdrop::Backdrop;
+use super::dress::dress;
 use super::gl::Artist;
 use super::pace::Pace;
 use super::run::Painted;
@@ -171,6 +172,16 @@ impl View3d {
         if self.framed && !self.is_users && scene.corners().any(is_out) {
             self.widen();
         }
+    }
+
+    /// Changes to the other theme, with new colours for all bodies.
+    pub(super) fn turn_theme(&mut self, context: &egui::Context, scene: &mut Scene, style: &mut Style) {
+        style.theme = style.theme.other();
+        dress(context, style.theme);
+        for body in &mut scene.bodies {
+            body.colour = body.part.colour(style.theme);
+        }
+        self.replace(scene, style);
     }
 
     /// Replaces the bodies, or their colours; the camera stays in place.

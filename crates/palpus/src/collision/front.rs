@@ -59,7 +59,7 @@ use super::wakes::{BLOCK, WakeBoard};
 use super::{
     Closest, LeafPair, LeafPairs, March, PlacedPair, Proximity, Side, StopReason, TraversalCounters, WarmStart,
 };
-use crate::algebra::tolerance::{JUMP, MERGE_CLEARANCE, PACE_FADE};
+use crate::algebra::tolerance::{JUMP, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
@@ -81,7 +81,8 @@ pub struct Front {
     motion_bound: MotionBound,
     /// Thicknesses of a and of b.
     thickness: [Thickness; 2],
-    /// Thickness of the thinnest piece of the pair at each place, model units.
+    /// Thickness of the thinnest piece of the pair at each place, model units. Stored by place, so
+    /// that sub-steps need not read the pairs.
     thinnest_at: Vec<f32>,
     /// The least of these in each block of places.
     thinnest_in: Vec<f32>,
@@ -105,7 +106,7 @@ pub struct Front {
     late: usize,
     /// Places on the way into `awake`.
     sorted: [Vec<u32>; 2],
-    /// Halves may be merged if their wake values are at least this.
+    /// Halves may be merged in this query if their wake values are at least this.
     merged_from: u64,
     rest_share: f64,
     /// Rests from before this sum of the motion bound are over.
@@ -193,7 +194,7 @@ impl Front {
         found.clear();
         self.move_on(query, &mut counters);
         self.part_represented();
-        self.merged_from = self.motion_bound.due(MERGE_CLEARANCE * query.tolerance);
+        self.begin_merges(query);
         let before = self.awake.len();
         // If no pair is awake, the due pairs get all of the quota.
         let done = match before {
@@ -339,12 +340,14 @@ impl Front {
         query.wants(self.thinnest_at[place as usize])
     }
 
-    /// Occupies a place with the pair of these nodes, which is a half of the pair at `parent`.
+    /// Occupies a place with the pair of these nodes. It is a half of the pair at `parent`, or the
+    /// root if `parent` is `NONE`.
     fn occupy(&mut self, place: u32, [a, b]: [u32; 2], parent: u32) {
         self.pairs[place as usize] = Pair::of(a, b, parent);
         self.thinnest_at[place as usize] = self.thickness[0].of_node(a).min(self.thickness[1].of_node(b));
-        let (block, begin) = (place as usize / BLOCK, place as usize & !(BLOCK - 1));
-        self.thinnest_in[block] = self.thinnest_at[begin..begin + BLOCK].iter().copied().fold(f32::INFINITY, f32::min);
+        let block = place as usize / BLOCK;
+        let thicknesses = self.thinnest_at[block * BLOCK..][..BLOCK].iter().copied();
+        self.thinnest_in[block] = thicknesses.fold(f32::INFINITY, f32::min);
     }
 
     /// Blocks of the board that are in use.

@@ -6,7 +6,6 @@ use palpus::algebra::Pose;
 
 use super::Interface;
 use crate::window::beside::{self, Beside};
-use crate::window::dress::dress;
 use crate::window::keys::SceneAction;
 use crate::window::opening::Opening;
 use crate::window::run::Start;
@@ -87,7 +86,7 @@ impl Interface<'_> {
             SceneAction::Everything => self.view.see_everything(),
             SceneAction::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
             SceneAction::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
-            SceneAction::Theme => self.turn_theme(context),
+            SceneAction::Theme => self.view.turn_theme(context, &mut self.scene, &mut self.style),
             SceneAction::Picture => self.picture(context),
             SceneAction::Keys => self.help ^= true,
         }
@@ -109,15 +108,6 @@ impl Interface<'_> {
                 notices.tell(format!("written: {}", file.display()));
             }
         });
-    }
-
-    fn turn_theme(&mut self, context: &egui::Context) {
-        self.style.theme = self.style.theme.other();
-        dress(context, self.style.theme);
-        for body in &mut self.scene.bodies {
-            body.colour = body.part.colour(self.style.theme);
-        }
-        self.view.replace(&self.scene, &self.style);
     }
 
     /// Turns the comparison of settings on or off.

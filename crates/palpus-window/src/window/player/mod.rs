@@ -190,7 +190,7 @@ impl Player {
             SceneAction::Everything => self.view.see_everything(),
             SceneAction::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
             SceneAction::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
-            SceneAction::Theme => self.turn_theme(context),
+            SceneAction::Theme => self.view.turn_theme(context, &mut self.scene, &mut self.style),
             SceneAction::Picture => self.status.screenshot(context),
             SceneAction::Keys => self.help ^= true,
         }
@@ -210,15 +210,6 @@ impl Player {
             }
             None => self.status.say(if later { "no late tick or fault after this" } else { "none before this" }),
         }
-    }
-
-    fn turn_theme(&mut self, context: &egui::Context) {
-        self.style.theme = self.style.theme.other();
-        dress(context, self.style.theme);
-        for body in &mut self.scene.bodies {
-            body.colour = body.part.colour(self.style.theme);
-        }
-        self.view.replace(&self.scene, &self.style);
     }
 
     /// Advances the time during playback (step 1).

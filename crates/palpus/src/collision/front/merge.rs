@@ -5,11 +5,21 @@ use super::super::wakes::NEVER;
 use super::{Front, NONE, Pair, PlacedPair, State};
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
 
+/// The clearance that halves need to be merged, model units.
+fn clearance(query: &PlacedPair<'_>) -> f64 {
+    MERGE_CLEARANCE * query.tolerance
+}
+
 impl Front {
+    /// Computes the wake value that halves need to be merged in this query.
+    pub(super) fn begin_merges(&mut self, query: &PlacedPair<'_>) {
+        self.merged_from = self.motion_bound.due(clearance(query));
+    }
+
     /// Step 4: merges the pair with its other half, and repeats this for the merged pair, while
     /// both halves sleep long and the merged pair is far enough apart.
     pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
-        let (long, until) = (MERGE_CLEARANCE * query.tolerance, self.merged_from);
+        let (long, until) = (clearance(query), self.merged_from);
         while self.wakes.get(place) >= until && self.sleeps_until(place ^ 1, until) {
             let parent = self.pairs[place as usize].parent;
             if parent == NONE {
