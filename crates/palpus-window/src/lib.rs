@@ -56,7 +56,7 @@ mod window;
 mod xray;
 
 pub use camera::{Camera, Projected, View};
-pub use gauss::{PieceOf, before_own_faces, paint_gauss, paint_gauss_half};
+pub use gauss::{PieceOf, before_surface_faces, paint_gauss, paint_gauss_half};
 pub use moment::{Moment, ShownAnchor, ShownCluster, ShownContact};
 pub use moments::{Moments, Progress};
 pub use paint::paint;

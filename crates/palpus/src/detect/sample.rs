@@ -198,7 +198,7 @@ fn ranks(body: &Body) -> Arc<[f32]> {
             NodeKind::Inner { left, right } => stack.extend([right, left]),
         }
     }
-    order.sort_by_key(|&piece| side(body.own_normals(piece).cap().axis));
+    order.sort_by_key(|&piece| side(body.admissible_normals(piece).cap().axis));
     let mut ranks = vec![0.0; order.len()];
     for (place, piece) in order.into_iter().enumerate() {
         ranks[piece as usize] = (f64::from((place as u32).reverse_bits()) / 2f64.powi(32)) as f32;

@@ -36,7 +36,7 @@
 use super::Limits;
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_ALIGNMENT_LEAD, COUPLING_LEAD, COUPLING_SAMPLED,
-    COUPLING_STRETCH, COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
+    COUPLING_STRETCH, COUPLING_TURN, TOOL_OFFSET, TOOL_SINKS,
 };
 
 /// The springs and dampers between the grips of device and tool, for translation and for rotation,
@@ -83,14 +83,14 @@ impl VirtualCoupling {
             (COUPLING_ALIGNMENT, lead.max(COUPLING_ALIGNMENT_LEAD))
         };
         let (damping, angular_damping) = (lead * stiffness, angular_lead * angular_stiffness);
-        let skin = TOOL_SKIN * contact_tolerance;
+        let skin = TOOL_OFFSET * contact_tolerance;
         Self { stiffness, damping, angular_stiffness, angular_damping, skin, mass: 0.0 }
     }
 
     /// Returns the contact stiffness of step 5 (N/m) for contacts of this tolerance (m); `None`
     /// without a force limit.
     pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
-        let stiffness = limits.force / (TOOL_SINKS * TOOL_SKIN * contact_tolerance);
+        let stiffness = limits.force / (TOOL_SINKS * TOOL_OFFSET * contact_tolerance);
         (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
     }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Limits, Material, Saturation, VirtualCoupling};
-use crate::algebra::tolerance::{CROWD_MOST, TOOL_SINKS};
+use crate::algebra::tolerance::{SMOOTH_CONTACTS, TOOL_SINKS};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
 /// All settings of rendering. [`Settings::validate`] checks them before use.
@@ -223,7 +223,7 @@ impl Settings {
         let (radius, most) = match self.clustering {
             Clustering::Linkage => (self.cluster_radius, usize::MAX),
             // With radius 0, every contact is a separate cluster.
-            Clustering::Smooth => (0.0, CROWD_MOST),
+            Clustering::Smooth => (0.0, SMOOTH_CONTACTS),
         };
         LinkageSettings { tolerance: self.contact_tolerance, radius, split_angle: self.split_angle, most }
     }

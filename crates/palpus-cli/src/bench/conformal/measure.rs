@@ -69,7 +69,7 @@ pub(super) const COUNTED: [Counted; 15] = [
     ("inadmissible", "no normal", |counters| counters.inadmissible),
     ("walks", "walked", |counters| counters.walks),
     ("moved", "moved", |counters| counters.moved),
-    ("disbelieved", "disbelieved", |counters| counters.disbelieved),
+    ("rejected", "rejected", |counters| counters.rejected),
     ("patches", "patches", |counters| counters.patches),
     ("dropped", "dropped", |counters| counters.traversal.dropped),
 ];

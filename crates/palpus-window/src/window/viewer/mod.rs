@@ -28,7 +28,7 @@ use super::keys::{self as key_list, SceneAction};
 use super::shell::{self, Status};
 use super::view3d::View3d;
 use crate::camera::Camera;
-use crate::gauss::before_own_faces;
+use crate::gauss::before_surface_faces;
 use crate::picture::Picture;
 use crate::piece::PieceNumbers;
 use crate::scene::{Look, Scene, Unit};
@@ -171,7 +171,7 @@ impl Viewer {
             Action::Unpick => self.pick(None),
             Action::Face => {
                 if let Some(piece) = self.piece {
-                    self.view.turn_as(&before_own_faces(&self.body, piece));
+                    self.view.turn_as(&before_surface_faces(&self.body, piece));
                 }
             }
             Action::Section => self.cut ^= true,

@@ -92,7 +92,7 @@ impl Viewer {
                 ("of the mesh", numbers.original_faces.to_string()),
                 ("virtual", numbers.virtual_faces.to_string()),
                 ("vertices", numbers.vertices.to_string()),
-                ("edges, own arcs", format!("{}, {}", numbers.edges, numbers.arcs)),
+                ("edges, surface arcs", format!("{}, {}", numbers.edges, numbers.arcs)),
                 ("owned directions", format!("{:.1} %", 100.0 * numbers.owned)),
                 ("triangles", numbers.triangles.to_string()),
                 ("volume", format!("{:.4e} {unit}", numbers.volume)),

@@ -86,7 +86,7 @@ use self::object::{Kind, Part, Role, Thing};
 use self::pair::{Pair, common, mirrored};
 use self::solve::BlockSystem;
 use super::{Settings, SettingsError, VirtualCoupling};
-use crate::algebra::tolerance::TOOL_SKIN;
+use crate::algebra::tolerance::TOOL_OFFSET;
 use crate::algebra::{Pose, Twist, Wrench};
 use crate::body::Body;
 use crate::detect::Contact;
@@ -163,7 +163,7 @@ impl World {
     /// Fails if a setting is invalid.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.validate()?;
-        let skin = TOOL_SKIN * settings.contact_tolerance;
+        let skin = TOOL_OFFSET * settings.contact_tolerance;
         let coupling = settings.coupling.unwrap_or(VirtualCoupling { skin, ..VirtualCoupling::SLACK });
         Ok(Self {
             settings: Settings { coupling: Some(coupling), ..settings },

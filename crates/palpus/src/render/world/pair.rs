@@ -136,10 +136,10 @@ impl Pair {
         self.query.unseen_separation()
     }
 
-    /// Returns the lower bound of [`ContactQuery::unlooked_separation`], minus the contact offset,
-    /// m.
-    pub(super) fn unlooked(&self) -> f64 {
-        self.query.unlooked_separation() - self.settings.skin()
+    /// Returns the lower bound of [`ContactQuery::unexamined_separation`], minus the contact
+    /// offset, m.
+    pub(super) fn unexamined(&self) -> f64 {
+        self.query.unexamined_separation() - self.settings.skin()
     }
 
     /// Sets the relative pose in the last step, if the pair was last queried in an earlier step.

@@ -178,7 +178,7 @@ impl World {
             pair.query(&things[a].place(), &things[b].place(), within, &quota, clock);
             // If both bodies move, each may move half of the distance.
             let both = [a, b].iter().all(|&i| things[i].rank() < 2);
-            let clear = pair.unlooked() * if both { 0.5 } else { 1.0 };
+            let clear = pair.unexamined() * if both { 0.5 } else { 1.0 };
             for i in [a, b] {
                 match &mut things[i].role {
                     Role::Tool(k) => {
