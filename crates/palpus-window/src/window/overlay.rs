@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use eframe::egui::{self, Align2, FontId, ProgressBar, Rect, RichText, Stroke, Ui, UiBuilder, pos2, vec2};
 use glam::DVec3;
 
-use super::dress::thin;
 use super::run::{Loading, Run};
 use super::run_keys::Action;
+use super::theme::thin;
 use super::view3d::{Area, View3d, colour};
 use crate::picture::Rgb;
 use crate::scene::Scene;

@@ -10,9 +10,9 @@ use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui,
 
 use super::chart::{Chart, Kind, Series, charts};
 use super::columns::{Column, columns, extent};
-use super::dress::{large_font, thin};
 use super::history::{History, Interval, SPAN, State};
 use super::spectrum::{LENGTH, amplitudes};
+use super::theme::{large_font, thin};
 use super::view3d::colour;
 use crate::style::{Colours, Theme};
 

@@ -221,8 +221,8 @@ impl Truth {
         if contacts.len() < MANY {
             contacts = corners.contacts(pose);
         }
-        let skin = self.settings.skin();
-        let tilted: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, skin)).collect();
+        let contact_offset = self.settings.contact_offset();
+        let tilted: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, contact_offset)).collect();
         let shares = self.sharing.run(&tilted, 0.0);
         let push = |(contact, share): (&Tilted, &f64)| {
             let force = contact.direction * (self.settings.stiffness * share * contact.engagement);

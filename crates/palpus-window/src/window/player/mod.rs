@@ -21,9 +21,9 @@ use eframe::egui;
 use palpus::algebra::Pose;
 use palpus_device::Cuts;
 
-use super::dress::dress;
 use super::keys::{self as key_list, SceneAction};
 use super::shell::{self, Status};
+use super::theme::apply_theme;
 use super::view3d::View3d;
 use super::{WindowError, overlay};
 use crate::moments::{Moments, Progress};
@@ -118,7 +118,7 @@ impl Player {
     fn new(creation: &eframe::CreationContext<'_>, replayed: Replayed) -> Result<Self, String> {
         let Replayed { mut scene, ticks, moments, begin } = replayed;
         let style = Style { theme: Theme::Dark, ..Style::default() };
-        dress(&creation.egui_ctx, style.theme);
+        apply_theme(&creation.egui_ctx, style.theme);
         let begin = ticks.get(begin.min(ticks.len().saturating_sub(1))).ok_or("the recording has no ticks")?;
         if let Some(probe) = scene.bodies.first_mut() {
             probe.pose = begin.pose;

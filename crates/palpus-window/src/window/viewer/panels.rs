@@ -10,7 +10,7 @@ use crate::scene::Unit;
 use crate::section::Axis;
 use crate::section_panel::{Shown, contour_step, depth_colour};
 use crate::section_picture::length_name;
-use crate::window::dress::small;
+use crate::window::theme::small;
 use crate::window::{keys, shell};
 
 /// Largest spread of the pieces.

@@ -112,7 +112,7 @@ impl World {
     fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
         let settings = pair.settings();
         match pair.bodies.map(|i| self.reach(i, dt)) {
-            [Some(one), Some(other)] => settings.skin() + one + other,
+            [Some(one), Some(other)] => settings.contact_offset() + one + other,
             _ => settings.contact_tolerance,
         }
     }
