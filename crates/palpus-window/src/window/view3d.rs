@@ -23,6 +23,7 @@ use glam::DVec3;
 
 use super::backdrop::Backdrop;
 use super::gl::GlScene;
+use super::keys::SceneAction;
 use super::pace::Pace;
 use super::run::Painted;
 use super::theme::apply_theme;
@@ -171,6 +172,19 @@ impl View3d {
         let is_out = |corner: DVec3| self.seen_at(area, corner).is_none_or(|at| !area.rect.contains(at));
         if self.framed && !self.is_users && scene.corners().any(is_out) {
             self.widen();
+        }
+    }
+
+    /// Carries out an action of every window on the view, its scene and its style. The window itself
+    /// saves pictures and shows the list of keys.
+    pub(super) fn act(&mut self, context: &egui::Context, action: SceneAction, scene: &mut Scene, style: &mut Style) {
+        match action {
+            SceneAction::Look(view) => self.look(view),
+            SceneAction::Everything => self.see_everything(),
+            SceneAction::Pieces => scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
+            SceneAction::Wires => scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
+            SceneAction::Theme => self.turn_theme(context, scene, style),
+            SceneAction::Picture | SceneAction::Keys => {}
         }
     }
 

@@ -193,17 +193,15 @@ impl Viewer {
 
     fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
         match action {
-            SceneAction::Look(view) => self.view.look(view),
-            SceneAction::Everything => self.view.see_everything(),
             SceneAction::Pieces => self.look.pieces ^= true,
             SceneAction::Wires => self.look.wireframe ^= true,
-            SceneAction::Theme => {
-                self.style.theme = self.style.theme.other();
-                apply_theme(context, self.style.theme);
-                self.rebuild();
-            }
             SceneAction::Picture => self.status.screenshot(context),
             SceneAction::Keys => self.help ^= true,
+            of_scene => self.view.act(context, of_scene, &mut self.scene, &mut self.style),
+        }
+        if action == SceneAction::Theme {
+            // The colours of a picked piece depend on the theme.
+            self.rebuild();
         }
     }
 
