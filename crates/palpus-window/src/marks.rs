@@ -298,9 +298,10 @@ pub(crate) fn ball(center: DVec3, radius: f64) -> Triangles {
     triangles
 }
 
-/// Numbers of rings of triangles of a ball, and of triangle pairs in a ring.
+/// Number of rings of triangles in a ball.
 #[cfg(feature = "gui")]
 const BALL_RINGS: usize = 5;
+/// Number of pairs of triangles in a ring of a ball.
 #[cfg(feature = "gui")]
 const BALL_SIDES: usize = 9;
 
