@@ -167,8 +167,8 @@ pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usi
         sheet.write_about(words, x, y + radius + below, WORD_SIZE, faint);
     }
     let rows = [
-        (palette.own_region, false, "owned directions"),
-        (palette.other_region, false, "not the mesh's"),
+        (palette.own_region, false, "admissible directions"),
+        (palette.other_region, false, "other directions"),
         (palette.own, false, "face of the mesh"),
         (palette.own, true, "in part"),
         (palette.other, true, "virtual face"),

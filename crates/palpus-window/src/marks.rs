@@ -183,8 +183,8 @@ impl Marks {
             marks.dots.push(Dot { point: grip, radius: GRIP_RADIUS, colour: colours.force });
             if scene.is_grip_apart() {
                 let hand = place(moment.hand);
-                marks.dots.push(Dot { point: hand, radius: GRIP_RADIUS, colour: colours.ink });
-                marks.solids.push((rod(hand, grip, metres(grip, HAND_ROD_RADIUS)), colours.ink));
+                marks.dots.push(Dot { point: hand, radius: GRIP_RADIUS, colour: colours.grip });
+                marks.solids.push((rod(hand, grip, metres(grip, HAND_ROD_RADIUS)), colours.grip));
             }
         }
         marks

@@ -121,7 +121,7 @@ fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
         lines.extend([(colours.force, "force on the hand"), (colours.torque, "torque on the hand")]);
     }
     if style.wrench && scene.is_grip_apart() {
-        lines.push((colours.ink, "grip in the hand"));
+        lines.push((colours.grip, "grip in the hand"));
     }
     if style.anchors && scene.moment.as_ref().is_some_and(|moment| !moment.anchors.is_empty()) {
         lines.extend([(colours.anchor, "friction holds"), (colours.sliding, "friction slides")]);
