@@ -175,8 +175,8 @@ impl View3d {
         }
     }
 
-    /// Carries out an action of every window on the view, its scene and its style. The window itself
-    /// saves pictures and shows the list of keys.
+    /// Carries out an action of every window on the view, its scene and its style. The window
+    /// itself saves pictures and shows the list of keys.
     pub(super) fn act(&mut self, context: &egui::Context, action: SceneAction, scene: &mut Scene, style: &mut Style) {
         match action {
             SceneAction::Look(view) => self.look(view),

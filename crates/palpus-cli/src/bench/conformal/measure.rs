@@ -44,7 +44,7 @@ pub(super) struct Row {
 impl Row {
     pub(super) fn line(&self) -> String {
         let Self { name, contacts, p50, p99, p999, .. } = self;
-        format!("{name}: {contacts:.0} contacts, {p50:.0} µs, {p99:.0} at 99 %, {p999:.0} at 99.9 %")
+        format!("{name}: {contacts:.0} contacts, {p50:.0} µs (median), {p99:.0} (p99), {p999:.0} (p99.9)")
     }
 }
 

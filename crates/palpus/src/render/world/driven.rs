@@ -20,8 +20,8 @@ use glam::{DQuat, DVec3};
 use crate::algebra::tolerance::{DRIVEN_PATIENCE, DRIVEN_PERIOD};
 use crate::algebra::{Pose, Twist, rotation_between};
 
-/// Duration of the catch-up, relative to the interval between two updates. With 1, the body needs ten
-/// times the host's acceleration. With 2, it lags a hand's swing at 60 Hz by a millimetre.
+/// Duration of the catch-up, relative to the interval between two updates. With 1, the body needs
+/// ten times the host's acceleration. With 2, it lags a hand's swing at 60 Hz by a millimetre.
 const CATCH_UP: f64 = 1.5;
 
 /// See the module's description. The linear part of a twist is the velocity of the frame's origin.
