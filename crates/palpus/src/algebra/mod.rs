@@ -3,6 +3,7 @@
 
 mod clock;
 mod closest;
+mod directions;
 mod plane;
 mod pose;
 mod quantile;
@@ -17,6 +18,7 @@ mod workers;
 
 pub use clock::{Clock, NoClock};
 pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
+pub(crate) use directions::{Directions, LANES};
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
 pub use quantile::{quantile, quantile_of_sorted};

@@ -101,8 +101,21 @@ pub fn admissible_depth(
         let facing = (point_a, point_b);
         return Some(AdmissibleDepth { point_a, point_b, facing, normal, depth, features, moved: false, stop });
     }
-    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
-    let mut search = Search::new(cso, a, b, walked.hub);
+    least_admissible_depth(a, b, pose_ba, walked.hub, last, scratch, depths)
+}
+
+/// Returns the smallest depth over the admissible facets of a pair, like [`admissible_depth`], but
+/// without the result of a walk. Climbs start at the vertices `hub`.
+pub(crate) fn least_admissible_depth(
+    a: &AdmissibleNormals<'_>,
+    b: &AdmissibleNormals<'_>,
+    pose_ba: &Placement,
+    hub: HubPair,
+    last: Option<FeaturePair>,
+    scratch: &mut AdmissibleScratch,
+    depths: &mut DepthScratch,
+) -> Option<AdmissibleDepth> {
+    let mut search = Search::new(Cso { a: a.polytope(), b: b.polytope(), pose_ba }, a, b, hub);
     if let Some(last) = last {
         search.no_deeper_than(last);
     }
@@ -113,17 +126,23 @@ pub fn admissible_depth(
 
 /// Returns the least depth along the face normals that are admissible for both pieces; `None` if
 /// there is no such normal. The result is an upper bound of [`admissible_depth`], which also
-/// searches edge pairs. Climbs start at the vertices `hub`.
+/// searches edge pairs. Climbs start at the vertices `hub`. `last` has the features of the result
+/// at a previous, nearby pose.
 pub(crate) fn admissible_bound(
     a: &AdmissibleNormals<'_>,
     b: &AdmissibleNormals<'_>,
     pose_ba: &Placement,
     hub: [u32; 2],
+    last: Option<FeaturePair>,
 ) -> Option<AdmissibleBound> {
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let mut search = Search::new(cso, a, b, HubPair { a: hub[0], b: hub[1] });
+    if let Some(last) = last {
+        search.no_deeper_than(last);
+    }
     search.planes();
-    search.found.map(|Found { normal, hub, .. }| AdmissibleBound { normal, hub: [hub.a, hub.b], depth: search.bar })
+    let Found { normal, features, hub } = search.found?;
+    Some(AdmissibleBound { normal, features, hub: [hub.a, hub.b], depth: search.bar })
 }
 
 /// An upper bound of the depth of two pieces.
@@ -131,6 +150,8 @@ pub(crate) fn admissible_bound(
 pub(crate) struct AdmissibleBound {
     /// Unit normal from body b into body a, in b's frame. The normal is admissible for both pieces.
     pub(crate) normal: DVec3,
+    /// The features that face each other along the normal.
+    pub(crate) features: FeaturePair,
     /// Vertices of bodies a and b that support the normal.
     pub(crate) hub: [u32; 2],
     /// Depth along the normal, in model units.

@@ -121,7 +121,7 @@ impl PairSearch {
 
     /// Returns the bound of a pair outside the sample, and the pair's separation along this bound.
     /// `None` if the pair may press harder than the sample and has to be measured.
-    pub(super) fn representation(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
+    pub(super) fn representation(&mut self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
         let (normal, hub, separation) = match leaf.proximity {
             Proximity::Disjoint(Closest { normal, features, distance, .. }) => {
                 let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
@@ -132,8 +132,9 @@ impl PairSearch {
             }
             Proximity::Overlapping(_) => {
                 let [normals_a, normals_b] = asked.admissible_normals(leaf);
-                let hub = leaf.memory.map_or([0; 2], |memory| memory.hub);
-                let bound = admissible_bound(&normals_a, &normals_b, &asked.place, hub)?;
+                let (last, hub) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
+                let bound = admissible_bound(&normals_a, &normals_b, &asked.place, hub, last)?;
+                self.front.remember_admissible(leaf, Some(bound.features));
                 (bound.normal, bound.hub, -bound.depth)
             }
         };

@@ -9,7 +9,10 @@ use super::{Contact, QueryCounters};
 use crate::algebra::tolerance::SKIPPED_TURN;
 use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
-use crate::depth::{Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle};
+use crate::depth::{
+    Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle,
+    least_admissible_depth,
+};
 
 /// Result of a pair of pieces within tolerance.
 pub(super) enum Found {
@@ -48,6 +51,9 @@ impl PairSearch {
     ) -> Found {
         if self.front.is_inadmissible(leaf) {
             return Found::Inadmissible(None);
+        }
+        if self.sample.is_partial() {
+            return self.at_admissible_depth(asked, leaf, counters);
         }
         let place = &asked.place;
         let memory = leaf.memory.filter(|memory| memory.facet.is_some());
@@ -88,6 +94,24 @@ impl PairSearch {
         } else {
             Found::Admissible(contact)
         }
+    }
+
+    /// Finds the contact of an overlap along the least admissible normal, without a walk. Where
+    /// surfaces fit closely, the walk mostly ends on a normal that is not admissible: pieces
+    /// overlap their neighbours' counterparts a little at the sides.
+    fn at_admissible_depth(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
+        let [normals_a, normals_b] = asked.admissible_normals(leaf);
+        let (last, [a, b]) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
+        let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
+        let hub = HubPair { a, b };
+        let real = least_admissible_depth(&normals_a, &normals_b, &asked.place, hub, last, admissible, walk);
+        self.front.remember_admissible(leaf, real.map(|real| real.features));
+        let Some(real) = real else { return Found::Inadmissible(None) };
+        counters.moved += 1;
+        counters.admissible_stops += u32::from(real.stop != StopReason::Converged);
+        let contact = at(leaf, real.features, [real.point_a, real.point_b], real.normal, -real.depth);
+        let (point_a, point_b) = real.facing;
+        Found::Moved(contact, Contact { point_a, point_b, ..contact })
     }
 
     /// Computes the depth by a walk, with a proof if the settings request proofs.
