@@ -1,9 +1,9 @@
 //! Chooses values that a scene file leaves out, from its meshes.
 //!
 //! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the play that
-//!    the parts have near the file's poses ([`crate::play`]). On bodies of one millimetre, 1 mm would be
-//!    the whole body. If the tolerance exceeded half of the play, direct rendering would push from
-//!    both sides at once.
+//!    the parts have near the file's poses ([`crate::play`]). On bodies of one millimetre, 1 mm
+//!    would be the whole body. If the tolerance exceeded half of the play, direct rendering would
+//!    push from both sides at once.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
 //!    above the environment, without overlap in any orientation. The probe's distance from first
 //!    touch is at most the distance that a hand moves in a second.
@@ -79,8 +79,8 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
     notes
 }
 
-/// Returns the tolerance (m) for two parts whose fit, if there is one, is at `pose_ba` (pose of `a` in
-/// the frame of `b`), and whether the play determined it. It is at most `default` (m).
+/// Returns the tolerance (m) for two parts whose fit, if there is one, is at `pose_ba` (pose of `a`
+/// in the frame of `b`), and whether the play determined it. It is at most `default` (m).
 pub(crate) fn tolerance(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, default: f64) -> (f64, bool) {
     let most = default.min(TOLERANCE_SHARE * a.size().min(b.size()));
     let half = half_play(a, b, pose_ba, most).unwrap_or(f64::INFINITY);

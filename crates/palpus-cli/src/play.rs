@@ -2,10 +2,10 @@
 //!
 //! 1. Find the contacts near a pose at which the parts fit.
 //! 2. Move the part, without rotation, to the place at which its smallest separation is largest. A
-//!    contact's separation changes by the motion along its normal. The part may begin anywhere in its
-//!    play, and may overlap a little.
-//! 3. The separation at that place is half of the play. If it is not limited, the parts do not fit: a
-//!    ball in a groove can leave it.
+//!    contact's separation changes by the motion along its normal. The part may begin anywhere in
+//!    its play, and may overlap a little.
+//! 3. The separation at that place is half of the play. If it is not limited, the parts do not fit:
+//!    a ball in a groove can leave it.
 
 use std::sync::Arc;
 
@@ -28,8 +28,8 @@ const LAST_STEP: f64 = 1e-4;
 /// overlap.
 ///
 /// `None` if the part can move until all separations are `within`; if the bodies overlap by more
-/// than `within`, so that they do not lie in each other with play; or if the search exceeds its work
-/// limit.
+/// than `within`, so that they do not lie in each other with play; or if the search exceeds its
+/// work limit.
 pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64) -> Option<f64> {
     let settings = QuerySettings { tolerance: within, capacity: 1 << 14, ..QuerySettings::default() };
     let mut query = ContactQuery::new(a.clone(), b.clone(), settings);

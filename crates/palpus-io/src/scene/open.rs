@@ -9,8 +9,8 @@
 //!
 //! For missing keys ([`super::SceneGaps`]), this module uses fixed defaults. The program `palpus`
 //! computes these values from the meshes instead: a finer tolerance for small bodies and for
-//! close-fitting parts, a free place above the environment, and a grip within the tool. Other programs
-//! should set these keys in the file.
+//! close-fitting parts, a free place above the environment, and a grip within the tool. Other
+//! programs should set these keys in the file.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -6,11 +6,12 @@ use glam::DVec3;
 use super::contact::points_about;
 use super::search::{Asked, PairSearch};
 use super::{Contact, QueryCounters};
-use crate::algebra::tolerance::BARREN_LEAST;
+use crate::algebra::tolerance::SKIPPED_TURN;
 use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
 use crate::depth::{
-    Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, barren_angle, depth, least_admissible_depth,
+    Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle,
+    least_admissible_depth,
 };
 
 /// Result of a pair of pieces within tolerance.
@@ -48,7 +49,7 @@ impl PairSearch {
         overlap: &Overlap,
         counters: &mut QueryCounters,
     ) -> Found {
-        if self.front.is_barren(leaf) {
+        if self.front.is_inadmissible(leaf) {
             return Found::Inadmissible(None);
         }
         if self.sample.is_partial() {
@@ -63,7 +64,7 @@ impl PairSearch {
         counters.walk_steps += walked.steps;
         counters.walk_stops += u32::from(walked.stop != StopReason::Converged);
         counters.unproven += u32::from(walked.certainty != Certainty::GloballyOptimal);
-        let [normals_a, normals_b] = asked.own_normals(leaf);
+        let [normals_a, normals_b] = asked.admissible_normals(leaf);
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         let last = memory.and_then(|memory| memory.admissible);
         let real = admissible_depth(&normals_a, &normals_b, place, &walked, last, admissible, walk);
@@ -74,10 +75,10 @@ impl PairSearch {
         let Some(real) = real else {
             // The angle costs about as much as the walk that it saves, so it is not computed for a
             // pair without cached data.
-            if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.barren_until.is_finite()) {
-                let angle = barren_angle(&normals_a, &normals_b, place);
-                if angle >= BARREN_LEAST {
-                    self.front.remember_barren(leaf, angle);
+            if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.inadmissible_until.is_finite()) {
+                let angle = inadmissible_angle(&normals_a, &normals_b, place);
+                if angle >= SKIPPED_TURN {
+                    self.front.remember_inadmissible(leaf, angle);
                 }
             }
             let Depth { point_a, point_b, normal, depth, antipodal, .. } = walked;
@@ -96,10 +97,10 @@ impl PairSearch {
     }
 
     /// Finds the contact of an overlap along the least admissible normal, without a walk. Where
-    /// surfaces fit closely, the walk mostly ends on a normal that is not admissible: pieces overlap
-    /// their neighbours' counterparts a little at the sides.
+    /// surfaces fit closely, the walk mostly ends on a normal that is not admissible: pieces
+    /// overlap their neighbours' counterparts a little at the sides.
     fn at_admissible_depth(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
-        let [normals_a, normals_b] = asked.own_normals(leaf);
+        let [normals_a, normals_b] = asked.admissible_normals(leaf);
         let (last, [a, b]) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         let hub = HubPair { a, b };
@@ -144,13 +145,13 @@ impl PairSearch {
     ) {
         debug_assert!(self.contacts.len() + left <= self.capacity);
         if let Some(slope) = self.patch_slope
-            && self.crowd < 1.0
+            && self.rest_share < 1.0
             && let Some(contact) = self.contacts.get(known).copied()
         {
             let room = self.capacity - known - left;
             // Many contacts together describe the surface as well as the corners of each contact
             // would.
-            self.spread(asked, &contact, slope * (1.0 - self.crowd), room, counters);
+            self.spread(asked, &contact, slope * (1.0 - self.rest_share), room, counters);
         }
         if let Some(place) = leaf.place {
             self.held.keep(place, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
@@ -197,6 +198,6 @@ fn at(leaf: &LeafPair, features: FeaturePair, points: [DVec3; 2], normal: DVec3,
 fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
     let Asked { a, b, place, .. } = asked;
     let Closest { point_a, point_b, normal, features, .. } = *closest;
-    a.owns(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal))
-        && b.owns(leaf.piece_b, features.b, point_b, normal)
+    a.admits(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal))
+        && b.admits(leaf.piece_b, features.b, point_b, normal)
 }

@@ -87,8 +87,8 @@ impl Loads {
         }
     }
 
-    /// Returns the largest engagement along `normal` of the contacts that `counts` accepts, with the
-    /// kernel of [`crate::force::LoadSharing`].
+    /// Returns the largest engagement along `normal` of the contacts that `counts` accepts, with
+    /// the kernel of [`crate::force::LoadSharing`].
     #[inline]
     fn most(&self, normal: DVec3, counts: impl Fn([u32; 2]) -> bool) -> f64 {
         let mut most = [0.0; LANES];
@@ -230,7 +230,7 @@ fn ranks(body: &Body) -> Arc<[f32]> {
             NodeKind::Inner { left, right } => stack.extend([right, left]),
         }
     }
-    order.sort_by_key(|&piece| side(body.own_normals(piece).cap().axis));
+    order.sort_by_key(|&piece| side(body.admissible_normals(piece).cap().axis));
     let mut ranks = vec![0.0; order.len()];
     for (place, piece) in order.into_iter().enumerate() {
         ranks[piece as usize] = (f64::from((place as u32).reverse_bits()) / 2f64.powi(32)) as f32;

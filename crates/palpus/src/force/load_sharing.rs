@@ -65,7 +65,8 @@ pub struct LoadSharing {
     shares: Vec<f64>,
 }
 
-/// The properties of four contacts that enter the shares of others. Lanes without a contact count 0.
+/// The properties of four contacts that enter the shares of others. Lanes without a contact count
+/// 0.
 #[derive(Clone, Copy, Debug)]
 struct Four {
     directions: Directions,

@@ -45,7 +45,7 @@ pub(super) struct Row {
 impl Row {
     pub(super) fn line(&self) -> String {
         let Self { name, contacts, p50, p99, p999, .. } = self;
-        format!("{name}: {contacts:.0} contacts, {p50:.0} µs, {p99:.0} at 99 %, {p999:.0} at 99.9 %")
+        format!("{name}: {contacts:.0} contacts, {p50:.0} µs (median), {p99:.0} (p99), {p999:.0} (p99.9)")
     }
 }
 
@@ -70,7 +70,7 @@ pub(super) const COUNTED: [Counted; 15] = [
     ("inadmissible", "no normal", |counters| counters.inadmissible),
     ("walks", "walked", |counters| counters.walks),
     ("moved", "moved", |counters| counters.moved),
-    ("disbelieved", "disbelieved", |counters| counters.disbelieved),
+    ("rejected", "rejected", |counters| counters.rejected),
     ("patches", "patches", |counters| counters.patches),
     ("dropped", "dropped", |counters| counters.traversal.dropped),
 ];
@@ -237,8 +237,8 @@ impl Truth {
         if contacts.len() < MANY {
             contacts = corners.contacts(pose);
         }
-        let skin = self.settings.skin();
-        let tilted: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, skin)).collect();
+        let contact_offset = self.settings.contact_offset();
+        let tilted: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, contact_offset)).collect();
         let shares = self.sharing.run(&tilted, 0.0);
         let push = |(contact, share): (&Tilted, &f64)| {
             let force = contact.direction * (self.settings.stiffness * share * contact.engagement);
