@@ -6,6 +6,7 @@ mod contact;
 mod counters;
 #[cfg(test)]
 mod crowd_tests;
+mod exact;
 mod guard;
 mod held;
 mod late;
