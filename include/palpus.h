@@ -312,7 +312,7 @@ typedef struct {
      * Contact offset, m, above 0 and at most the contact tolerance: contacts push below this
      * separation.
      */
-    double skin;
+    double contact_offset;
     /**
      * Mass of the tool, kg. 0: the tool is at the pose where all forces balance.
      */

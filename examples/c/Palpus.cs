@@ -29,7 +29,7 @@ namespace Palpus
     [StructLayout(LayoutKind.Sequential)] public struct ToolHandle { public ulong Id; }
     [StructLayout(LayoutKind.Sequential)] public struct BodySettings { public double Scale, Flatness; public uint Thick; }
     [StructLayout(LayoutKind.Sequential)]
-    public struct Coupling { public double Stiffness, Damping, AngularStiffness, AngularDamping, Skin, Mass; }
+    public struct Coupling { public double Stiffness, Damping, AngularStiffness, AngularDamping, ContactOffset, Mass; }
     [StructLayout(LayoutKind.Sequential)] public struct Shading { public double CreaseAngle, MostTurn; }
     [StructLayout(LayoutKind.Sequential)] public struct Friction { public double Static, Dynamic, TangentialStiffness; }
     [StructLayout(LayoutKind.Sequential)] public struct Material { public double Frequency, Decay, Gain; }

@@ -82,7 +82,7 @@ pub fn settings(bytes: &mut Bytes<'_>) -> Settings {
         damping: not_negative(bytes, 2.0),
         angular_stiffness: positive(bytes, 2.0),
         angular_damping: not_negative(bytes, 5e-3),
-        skin: tolerance * bytes.between(1e-3, 1.0),
+        contact_offset: tolerance * bytes.between(1e-3, 1.0),
         mass: not_negative(bytes, 0.1),
     });
     let dynamic_coefficient = not_negative(bytes, 0.3);

@@ -17,7 +17,7 @@ pub fn header(more: toml::Table) -> RecordingHeader {
         damping: 2.0,
         angular_stiffness: 2.0,
         angular_damping: 0.005,
-        skin: 1e-4,
+        contact_offset: 1e-4,
         mass: 0.1,
     };
     let render = Settings {

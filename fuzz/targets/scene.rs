@@ -97,7 +97,7 @@ fn sane(scene: &SceneFile) {
     for (hand, coupling) in std::iter::once((&scene.hand, &scene.coupling)).chain(others) {
         assert!(hand.tremor.is_finite() && hand.tremor >= 0.0);
         let gains = [coupling.stiffness, coupling.damping, coupling.angular_stiffness, coupling.angular_damping];
-        let others = [coupling.skin, coupling.mass, coupling.contact_stiffness, coupling.friction_stiffness];
+        let others = [coupling.contact_offset, coupling.mass, coupling.contact_stiffness, coupling.friction_stiffness];
         assert!(gains.into_iter().chain(others).flatten().all(|x| x.is_finite() && x >= 0.0), "{coupling:?}");
     }
     for tool in &scene.others {
@@ -113,12 +113,12 @@ fn seeds() -> Vec<Seed> {
         [environment]\nmesh = \"sub/b.obj\"\n[contact]\ntolerance = 1.0\ncluster_radius = 4.0\nclustering = \"smooth\"\n\
         split_angle = 130\nstiffness = 800\ndamping = 0\nfriction = { static = 0.4, dynamic = 0.3, stiffness = 800 }\n\
         shading = true\ncrease_angle = 40\nshading_limit = 45\ntime_budget = 300\n[coupling]\nmode = \"coupled\"\n\
-        stiffness = 800\ndamping = 2\nangular_stiffness = 2\nangular_damping = 0.005\nskin = 0.1\nmass = 0.1\n\
+        stiffness = 800\ndamping = 2\nangular_stiffness = 2\nangular_damping = 0.005\ncontact_offset = 0.1\nmass = 0.1\n\
         [device]\nforce_limit = 8.5\ntorque_limit = 0.188\nsaturation = \"under-actuated\"\nrate = 1000\n\
         [hand]\npreset = \"normal\"\npath = \"sub/path.csv\"\ntremor = 0.1\nseed = 1\n";
     let tools = "unit = \"mm\"\n[environment]\nmesh = \"sub/b.obj\"\n[[tool]]\nmesh = \"a.obj\"\ngrip = [0, 1, 0]\n\
         hand = { preset = \"firm\", path = \"sub/path.csv\" }\n[[tool]]\nmesh = \"a.obj\"\nposition = [9, 0, 0]\n\
-        coupling = { mode = \"direct\", skin = 0.1 }\ndevice = { force_limit = 3, saturation = \"joint\" }\n";
+        coupling = { mode = \"direct\", contact_offset = 0.1 }\ndevice = { force_limit = 3, saturation = \"joint\" }\n";
     let mut seeds = vec![("full.toml".to_owned(), full.into()), ("tools.toml".to_owned(), tools.into())];
     let pairs = [
         ("a.obj", "sub/b.obj"),

@@ -123,7 +123,7 @@ fn virtual_coupling(settings: &CouplingSettings, tolerance: f64, a: &Body) -> Vi
         damping: 2.0 * damping_ratio * (stiffness * mass).sqrt(),
         angular_stiffness,
         angular_damping: 2.0 * damping_ratio * (angular_stiffness * moment).sqrt(),
-        skin: tolerance,
+        contact_offset: tolerance,
         mass,
     }
 }

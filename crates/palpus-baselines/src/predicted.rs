@@ -242,8 +242,8 @@ impl LastClosest {
                 Feature::Face(_) => Direction::OfA(-outward_a),
                 _ => Direction::OfB(normal),
             },
-            real: a.owns(pair.piece_a, features.a, in_a, outward_a)
-                && b.owns(pair.piece_b, features.b, point_b, normal),
+            real: a.admits(pair.piece_a, features.a, in_a, outward_a)
+                && b.admits(pair.piece_b, features.b, point_b, normal),
             seen: 0,
         }
     }

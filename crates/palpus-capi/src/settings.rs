@@ -31,7 +31,7 @@ pub struct palpus_coupling {
     pub angular_damping: f64,
     /// Contact offset, m, above 0 and at most the contact tolerance: contacts push below this
     /// separation.
-    pub skin: f64,
+    pub contact_offset: f64,
     /// Mass of the tool, kg. 0: the tool is at the pose where all forces balance.
     pub mass: f64,
 }
@@ -122,8 +122,9 @@ pub struct palpus_settings {
 impl palpus_settings {
     /// Returns the engine's settings. The engine checks the values later.
     pub(crate) fn read(&self) -> Result<Settings, Fault> {
-        let palpus_coupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass } = self.coupling;
-        let coupling = VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass };
+        let palpus_coupling { stiffness, damping, angular_stiffness, angular_damping, contact_offset, mass } =
+            self.coupling;
+        let coupling = VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, contact_offset, mass };
         let palpus_shading { crease_angle, most_turn } = self.shading;
         let palpus_friction { static_coefficient, dynamic_coefficient, tangential_stiffness } = self.friction;
         let friction = FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness };
@@ -181,7 +182,7 @@ impl From<&Settings> for palpus_settings {
                 damping: coupling.damping,
                 angular_stiffness: coupling.angular_stiffness,
                 angular_damping: coupling.angular_damping,
-                skin: coupling.skin,
+                contact_offset: coupling.contact_offset,
                 mass: coupling.mass,
             },
             shading: palpus_shading { crease_angle: shading.crease_angle, most_turn: shading.most_turn },

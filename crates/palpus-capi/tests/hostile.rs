@@ -105,7 +105,7 @@ impl Host {
             &mut settings.stiffness,
             &mut settings.damping,
             &mut settings.split_angle,
-            &mut settings.coupling.skin,
+            &mut settings.coupling.contact_offset,
             &mut settings.coupling.mass,
             &mut settings.limits.force,
             &mut settings.grip[1],

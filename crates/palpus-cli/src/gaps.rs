@@ -1,7 +1,9 @@
 //! Chooses values that a scene file leaves out, from its meshes.
 //!
-//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body if this is smaller. On bodies of one
-//!    millimetre, 1 mm would be the whole body.
+//! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the play that
+//!    the parts have near the file's poses ([`crate::play`]). On bodies of one millimetre, 1 mm
+//!    would be the whole body. If the tolerance exceeded half of the play, direct rendering would
+//!    push from both sides at once.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
 //!    above the environment, without overlap in any orientation. The probe's distance from first
 //!    touch is at most the distance that a hand moves in a second.
@@ -19,12 +21,16 @@ use palpus::body::Body;
 use palpus_io::scene::SceneFile;
 
 use crate::approach::WayIn;
+use crate::play::half_play;
 
 /// Plausible sizes of bodies that are felt by hand, m.
 const SMALL: f64 = 5e-3;
 const LARGE: f64 = 2.0;
 /// Tolerance, as a share of the smaller body's size.
 pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
+/// The play lowers the tolerance to no less than this share of the other limits: contacts get
+/// stiffer as the tolerance gets smaller, and the play of parts of the same diameter is 0.
+const LEAST_BY_PLAY: f64 = 0.05;
 /// Start height of the probe above the environment's box, as a multiple of the probe's reach.
 const CLEARANCE: f64 = 0.25;
 
@@ -39,15 +45,17 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
             length(environment.size())
         ));
     }
-    let least = TOLERANCE_SHARE * smaller;
-    if file.gaps.tolerance && least < file.render.contact_tolerance {
+    if file.gaps.tolerance {
+        let pose_ba = file.environment.pose.inverse() * file.probe.pose;
+        let default = file.render.contact_tolerance;
+        let (chosen, by_play) = tolerance(probe, environment, &pose_ba, default);
         // The cluster radius shrinks by the same factor as the tolerance.
-        file.render.cluster_radius *= least / file.render.contact_tolerance;
-        file.render.contact_tolerance = least;
-        notes.push(format!(
-            "contacts exist below {}, a hundredth of the smaller body; see [contact] tolerance",
-            length(least)
-        ));
+        file.render.cluster_radius *= chosen / default;
+        file.render.contact_tolerance = chosen;
+        if chosen < default {
+            let why = if by_play { "half of the play of the parts" } else { "a hundredth of the smaller body" };
+            notes.push(format!("contacts exist below {}, {why}; see [contact] tolerance", length(chosen)));
+        }
     }
     if file.gaps.grip
         && let Some(grip_a) = grip(probe, "probe", &mut notes)
@@ -69,6 +77,15 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
         }
     }
     notes
+}
+
+/// Returns the tolerance (m) for two parts whose fit, if there is one, is at `pose_ba` (pose of `a`
+/// in the frame of `b`), and whether the play determined it. It is at most `default` (m).
+pub(crate) fn tolerance(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, default: f64) -> (f64, bool) {
+    let most = default.min(TOLERANCE_SHARE * a.size().min(b.size()));
+    let half = half_play(a, b, pose_ba, most).unwrap_or(f64::INFINITY);
+    let by_play = half < most;
+    (if by_play { half.max(LEAST_BY_PLAY * most) } else { most }, by_play)
 }
 
 /// Returns the grip of `body` in its mesh's frame, m: its centre of mass if the origin of the mesh

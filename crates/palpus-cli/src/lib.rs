@@ -36,6 +36,7 @@ mod numbers;
 mod objects;
 mod output;
 mod picture;
+mod play;
 mod plots;
 mod prepare;
 mod query;

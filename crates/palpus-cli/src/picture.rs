@@ -9,7 +9,7 @@ use palpus::algebra::Pose;
 use palpus::body::Body;
 use palpus_window::{
     BodyPart, Camera, Look, Moment, Picture, PieceOf, Scene, Section, SectionOf, ShownBody, Solid, Style, Theme, Unit,
-    View, before_own_faces, paint, paint_gauss, paint_section,
+    View, before_surface_faces, paint, paint_gauss, paint_section,
 };
 
 use crate::args::{Direction, PictureArguments};
@@ -59,7 +59,7 @@ pub(crate) fn write_gauss(
     let [width, height] = asked.size.0;
     // Without a given side, shows the side of the piece that can be touched.
     let from = match asked.from {
-        Direction::Oblique => before_own_faces(body, piece),
+        Direction::Oblique => before_surface_faces(body, piece),
         side => Camera::framing([DVec3::ZERO].into_iter(), side.into(), 1.0),
     };
     let shown = PieceOf { body, piece, name: &model_name(model), unit: Unit::Model };

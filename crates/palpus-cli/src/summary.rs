@@ -102,7 +102,7 @@ pub(crate) struct Trouble {
     /// both meshes.
     moved_depths: u64,
     /// Moved depths that were left out because they contradict the surfaces of the solids.
-    disbelieved_depths: u64,
+    rejected_depths: u64,
     /// Closest points that were left out because their direction is not a surface normal at this
     /// point.
     virtual_closest: u64,
@@ -199,7 +199,7 @@ impl Gatherer {
         trouble.march_fallbacks += u64::from(counters.query.traversal.march_fallbacks);
         trouble.walk_stops += u64::from(counters.query.walk_stops);
         trouble.moved_depths += u64::from(counters.query.moved);
-        trouble.disbelieved_depths += u64::from(counters.query.disbelieved);
+        trouble.rejected_depths += u64::from(counters.query.rejected);
         trouble.virtual_closest += u64::from(counters.query.virtual_closest);
         trouble.cancelled_normals += u64::from(counters.cancelled_normals);
         trouble.dropped_contacts += u64::from(counters.query.traversal.dropped);

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use palpus::body::Body;
-use palpus_scenes::sweep::{HONEST, Honesty, PUSHED_SHARE, PopThrough, RATIO_ENDS, honesty, pop_through};
+use palpus_scenes::sweep::{
+    CORRECT_RATIO, DepthErrors, PUSHED_SHARE, PopThrough, RATIO_ENDS, depth_errors, pop_through,
+};
 use serde::Serialize;
 
 use crate::output;
@@ -17,7 +19,7 @@ const BAR: usize = 40;
 #[derive(Serialize)]
 pub(crate) struct Sweeps {
     pop_through: Pushes,
-    honesty: Depths,
+    depth_errors: Depths,
 }
 
 #[derive(Serialize)]
@@ -51,25 +53,25 @@ impl Sweeps {
     /// Sweeps a closed body.
     pub(crate) fn of(body: &Arc<Body>, samples: usize) -> Self {
         let PopThrough { samples: pushes, held, grew, lost_in } = PopThrough::of(&pop_through(body, samples, SEED));
-        let honest = Honesty::of(&honesty(body, samples, SEED));
+        let errors = DepthErrors::of(&depth_errors(body, samples, SEED));
         let pop_through = Pushes { samples: pushes, pushed_share: PUSHED_SHARE, held, grew, lost_in: lost_in.to_vec() };
-        let honesty = Depths {
-            samples: honest.samples,
-            unseen: honest.unseen,
-            error_median: honest.error[0],
-            error_p90: honest.error[1],
-            turn_median_deg: honest.turn[0].to_degrees(),
-            turn_p90_deg: honest.turn[1].to_degrees(),
-            beyond: honest.beyond,
-            worst_ratio: honest.worst,
-            ratio_in: honest.ratio_in.to_vec(),
+        let depth_errors = Depths {
+            samples: errors.samples,
+            unseen: errors.unseen,
+            error_median: errors.error[0],
+            error_p90: errors.error[1],
+            turn_median_deg: errors.turn[0].to_degrees(),
+            turn_p90_deg: errors.turn[1].to_degrees(),
+            beyond: errors.beyond,
+            worst_ratio: errors.worst,
+            ratio_in: errors.ratio_in.to_vec(),
         };
-        Self { pop_through, honesty }
+        Self { pop_through, depth_errors }
     }
 
     /// Prints both sweeps.
     pub(crate) fn tell(&self) {
-        let Self { pop_through: pushes, honesty: depths } = self;
+        let Self { pop_through: pushes, depth_errors: depths } = self;
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         output::line(format!(
             "{:>15}  {} pushes to {} of the way to the opposite wall: contact persists in {}, the depth grows correctly in {}",
@@ -90,8 +92,8 @@ impl Sweeps {
         histogram(&pushes.lost_in, lost_at);
         output::line(format!(
             "{:>15}  {} points inside: error of the depth {} (median), {} (p90); of the direction {:.2}° and {:.2}°; without contact {}; \
-             above {HONEST} times the true distance {}, at most {:.2}",
-            "honesty",
+             above {CORRECT_RATIO} times the true distance {}, at most {:.2}",
+            "depth errors",
             depths.samples,
             percent(depths.error_median),
             percent(depths.error_p90),

@@ -46,11 +46,14 @@ impl WayOut {
         let deepest = tick.contacts.iter().min_by(|a, b| a.separation.total_cmp(&b.separation))?;
         if deepest.separation < 0.0 {
             let depth = -deepest.separation;
-            return Some(Self { depth, way: frame.vector_in_world(deepest.normal) * (depth + settings.skin()) });
+            return Some(Self {
+                depth,
+                way: frame.vector_in_world(deepest.normal) * (depth + settings.contact_offset()),
+            });
         }
         let tool = frame.in_world(&tick.tool_ba).point(settings.grip_a);
         let way = tool - state.pose.translation;
-        (settings.coupling.is_some() && way.length() > settings.skin()).then_some(Self { depth: 0.0, way })
+        (settings.coupling.is_some() && way.length() > settings.contact_offset()).then_some(Self { depth: 0.0, way })
     }
 
     /// Describes how far to move the probe, and in which direction.
@@ -89,7 +92,7 @@ impl InsideStart {
             let at = Pose { translation: start.translation + way, ..start };
             let legs = parts.iter_mut().filter_map(|part| part.leg(&stage.probe, &at, &mut interior));
             let Some(leg) = legs.max_by(|a, b| a.depth.total_cmp(&b.depth)) else { return found };
-            let way = way + leg.way + leg.way.normalize_or_zero() * stage.settings.skin();
+            let way = way + leg.way + leg.way.normalize_or_zero() * stage.settings.contact_offset();
             let from = stage.grip(start).translation;
             let first = Self { from, out: WayOut { depth: leg.depth, way }, contained: leg.contained };
             found = found.map_or(Some(first), |found| Some(Self { out: WayOut { way, ..found.out }, ..found }));

@@ -278,6 +278,72 @@ fn two_meshes_are_opened_together_and_saved() {
     });
 }
 
+/// Returns the places of the device's grip (m) in a recording, one for each tick.
+fn device_places(display: &Display, file: &str) -> Vec<[f64; 3]> {
+    let file = display.folder.join("palpus-out").join(file);
+    let text = fs::read_to_string(file).expect("the recording can be read");
+    let names = text.lines().find(|line| line.starts_with("tick,")).expect("the recording names its columns");
+    let columns = ["device_tx", "device_ty", "device_tz"]
+        .map(|name| names.split(',').position(|other| other == name).expect("the column exists"));
+    let rows = text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));
+    rows.filter_map(|row| {
+        let cells: Vec<&str> = row.split(',').collect();
+        let [x, y, z] = columns.map(|column| cells.get(column).and_then(|cell| cell.parse().ok()));
+        Some([x?, y?, z?])
+    })
+    .collect()
+}
+
+/// Returns the distance of two points.
+fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Returns the largest distance of any of the `places` from the first.
+fn travel(places: &[[f64; 3]]) -> f64 {
+    places.iter().map(|place| apart(*place, places[0])).fold(0.0, f64::max)
+}
+
+/// The script must repeat after its end. It must stop while the mouse holds the probe, and continue
+/// some seconds after the mouse has released it.
+#[test]
+#[ignore = "needs Xvfb, Mesa and xdotool"]
+fn scene_repeats_until_the_mouse_takes_the_probe() {
+    patiently(|| {
+        let display = Display::open("repeats");
+        let run = display.show(&["run", "box-table", "--no-realtime", "--lenient"]);
+        display.wait_for("box", 300, &SCENE, orange);
+        display.focus();
+        mouse_to(&display, [600, 120]);
+        drive(&display, "key 1");
+        // The script lasts less than ten seconds.
+        std::thread::sleep(Duration::from_secs(16));
+        // The run is paused while the mouse takes the box, so that a slow machine does not miss it.
+        drive(&display, "key space");
+        std::thread::sleep(Duration::from_millis(700));
+        let mut seen = display.seen(&SCENE, orange);
+        seen.sort_unstable();
+        let middle = seen[seen.len() / 2];
+        drag(&display, middle, [0, -2], 2);
+        drive(&display, "key space");
+        for k in 1..=10 {
+            mouse_to(&display, [middle[0], middle[1] - 2 - 6 * k]);
+        }
+        std::thread::sleep(Duration::from_secs(4));
+        drive(&display, "mouseup 1");
+        std::thread::sleep(Duration::from_secs(9));
+        drop(run);
+        let places = device_places(&display, "run.csv");
+        assert!(travel(&places[10_000..14_000]) > 5e-3, "the script must repeat");
+        let still = (14_000..places.len() - 2_000).step_by(100).find(|&k| travel(&places[k..k + 2_000]) < 1e-3);
+        let still = still.expect("the script must stop while the mouse holds the box");
+        assert!(
+            travel(&places[still + 2_000..]) > 5e-3,
+            "the script must continue after the mouse has released the box"
+        );
+    });
+}
+
 /// The x handle must move the probe along x only, and a restarted scene must begin at the new
 /// place.
 #[test]
@@ -308,30 +374,8 @@ fn handle_moves_the_probe_and_sets_the_start() {
         wait_for_file(&display.folder.join("palpus-out/run-2.csv"));
         std::thread::sleep(Duration::from_millis(2500));
         drop(run);
-        let places = |file: &str| {
-            let text =
-                fs::read_to_string(display.folder.join("palpus-out").join(file)).expect("the recording can be read");
-            let names = text
-                .lines()
-                .find(|line| line.starts_with("tick,"))
-                .expect("the recording names its columns")
-                .to_owned();
-            let columns = ["device_tx", "device_ty", "device_tz"]
-                .map(|name| names.split(',').position(|other| other == name).expect("the column exists"));
-            let rows: Vec<[f64; 3]> = text
-                .lines()
-                .filter(|line| line.starts_with(|c: char| c.is_ascii_digit()))
-                .filter_map(|row| {
-                    let cells: Vec<&str> = row.split(',').collect();
-                    let [x, y, z] = columns.map(|column| cells.get(column).and_then(|cell| cell.parse().ok()));
-                    Some([x?, y?, z?])
-                })
-                .collect();
-            rows
-        };
-        let (before, after) = (places("run.csv"), places("run-2.csv"));
+        let (before, after) = (device_places(&display, "run.csv"), device_places(&display, "run-2.csv"));
         let (first, last) = (before[0], before[before.len() - 1]);
-        let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt();
         let way = [0, 1].map(|axis| last[axis] - first[axis]);
         assert!(way[0] > 1e-2 && way[1].abs() < 1e-3, "moved by {way:?}");
         let still = apart(last, before[before.len() - 200]);

@@ -81,7 +81,7 @@ fn all_documented_keys_are_read() {
     assert_eq!(scene.hand.path.as_deref(), Some(Path::new("set/stir.csv")));
     assert_eq!((scene.hand.path_scale, scene.hand.path_speed), (Some(1.0), Some(1.0)));
     assert_eq!((scene.coupling.angular_damping, scene.render.time_budget), (Some(0.005), Some(300_000)));
-    assert_eq!((scene.coupling.skin, scene.render.material), (Some(0.1e-3), Some(Material::WOOD)));
+    assert_eq!((scene.coupling.contact_offset, scene.render.material), (Some(0.1e-3), Some(Material::WOOD)));
     assert_eq!(
         (scene.render.limits, scene.render.split_angle),
         (Settings::default().limits, Settings::default().split_angle)
@@ -143,7 +143,7 @@ fn objects_are_free_or_driven_or_fixed() {
 const TOOLS: &str = r#"unit = "mm"
 [coupling]
 stiffness = 700
-skin = 0.2
+contact_offset = 0.2
 [device]
 force_limit = 6
 rate = 500
@@ -171,7 +171,7 @@ fn each_tool_has_its_hand_coupling_and_device() {
     let scene = parse(TOOLS).unwrap();
     let of_scene = SceneCoupling {
         stiffness: Some(700.0),
-        skin: Some(2e-4),
+        contact_offset: Some(2e-4),
         contact_stiffness: Some(900.0),
         ..SceneCoupling::default()
     };

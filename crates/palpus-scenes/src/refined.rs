@@ -151,15 +151,15 @@ fn lowest(at: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
 }
 
 /// Returns the force and torque about `grip` of contacts with unit stiffness. Contacts push below
-/// the separation `skin` (m).
+/// the separation `contact_offset` (m).
 ///
-/// A contact with the engagement w = `skin` − separation pushes with w · max κw′ / Σ κw′. The
-/// maximum and the sum run over all contacts. κ is the square of the cosine between the directions,
-/// and 0 beyond 90°. So contacts with one direction have together the force of the deepest contact,
-/// and contacts at 90° do not affect each other. The torque is `None` if a contact's point is
-/// unknown.
-pub fn push(contacts: &[TrueContact], skin: f64, grip: DVec3) -> (DVec3, Option<DVec3>) {
-    let engaged = |contact: &TrueContact| (skin - contact.separation).max(0.0);
+/// A contact with the engagement w = `contact_offset` − separation pushes with w · max κw′ / Σ κw′.
+/// The maximum and the sum run over all contacts. κ is the square of the cosine between the
+/// directions, and 0 beyond 90°. So contacts with one direction have together the force of the
+/// deepest contact, and contacts at 90° do not affect each other. The torque is `None` if a
+/// contact's point is unknown.
+pub fn push(contacts: &[TrueContact], contact_offset: f64, grip: DVec3) -> (DVec3, Option<DVec3>) {
+    let engaged = |contact: &TrueContact| (contact_offset - contact.separation).max(0.0);
     let mut sum = Wrench::ZERO;
     let mut is_known = true;
     for contact in contacts.iter().filter(|contact| engaged(contact) > 0.0) {

@@ -46,7 +46,7 @@ struct Duel<'a> {
     ticks: usize,
     contacts: usize,
     restarts: usize,
-    crowded: usize,
+    unsplit: usize,
     merged: usize,
     work: [u64; 2],
 }
@@ -55,7 +55,7 @@ impl<'a> Duel<'a> {
     fn new(a: &'a Body, b: &'a Body, places: usize) -> Self {
         let by_front = LeafPairs::new(1 << 16);
         let front = Front::new(side(a), side(b), places);
-        Self { a, b, front, by_front, ticks: 0, contacts: 0, restarts: 0, crowded: 0, merged: 0, work: [0; 2] }
+        Self { a, b, front, by_front, ticks: 0, contacts: 0, restarts: 0, unsplit: 0, merged: 0, work: [0; 2] }
     }
 
     fn tick(&mut self, pose: &Pose, tolerance: f64, what: &str) {
@@ -87,7 +87,7 @@ impl<'a> Duel<'a> {
         self.ticks += 1;
         self.contacts += found.len();
         self.restarts += counters.restarted as usize;
-        self.crowded += counters.crowded as usize;
+        self.unsplit += counters.unsplit as usize;
         self.merged += counters.merged as usize;
         self.work[0] += u64::from(counters.hull_tests + counters.leaf_tests);
         self.work[1] += marches;
@@ -159,7 +159,7 @@ fn wander_on(name: &str, places: usize, ticks: usize) -> (usize, usize) {
     wander(&mut duel, |phase| scene.path.pose(phase * duration), scene.contact.tolerance, ticks, name);
     assert!(duel.contacts > ticks / 10, "{name}: {} contacts in {ticks} ticks", duel.contacts);
     assert!(duel.restarts > ticks / 1000, "{name}: {} restarts", duel.restarts);
-    (duel.crowded, duel.merged)
+    (duel.unsplit, duel.merged)
 }
 
 #[test]
@@ -173,8 +173,8 @@ fn front_equals_full_traversal_in_every_scene() {
 #[test]
 fn full_front_is_slower_but_correct() {
     for places in [2, 32, 96] {
-        let (crowded, _) = wander_on("torus-torus", places, 200);
-        assert!(crowded > 20, "{places} places: {crowded} crowded pairs");
+        let (unsplit, _) = wander_on("torus-torus", places, 200);
+        assert!(unsplit > 20, "{places} places: {unsplit} unsplit pairs");
     }
 }
 

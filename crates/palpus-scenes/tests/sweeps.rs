@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus_io::read_mesh;
-use palpus_scenes::sweep::{Honesty, PopThrough, honesty, pop_through};
+use palpus_scenes::sweep::{DepthErrors, PopThrough, depth_errors, pop_through};
 use palpus_scenes::{scene, scenes};
 
 const SEED: u64 = 0x2002_0809;
@@ -23,32 +23,32 @@ fn build(soup: &PolygonSoup) -> Arc<Body> {
 /// median error of the depth is at most 2 %. Except for rounding and edge–edge contacts, no depth
 /// exceeds 1.25 times the true depth.
 fn sweep_and_hold(name: &str, body: &Arc<Body>, samples: usize) {
-    let (push, honest) = sweep(name, body, samples);
+    let (push, errors) = sweep(name, body, samples);
     assert!(push.held >= 0.98 && push.grew >= 0.8, "{name}, seed {SEED:#x}: {push:?}");
-    assert!(honest.error[0] <= 0.02 && honest.unseen <= 0.05, "{name}, seed {SEED:#x}: {honest:?}");
-    assert!(honest.beyond <= 0.002 && honest.worst <= 1.6, "{name}, seed {SEED:#x}: {honest:?}");
+    assert!(errors.error[0] <= 0.02 && errors.unseen <= 0.05, "{name}, seed {SEED:#x}: {errors:?}");
+    assert!(errors.beyond <= 0.002 && errors.worst <= 1.6, "{name}, seed {SEED:#x}: {errors:?}");
 }
 
 /// Sweeps a body, and prints and returns the figures.
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn sweep(name: &str, body: &Arc<Body>, samples: usize) -> (PopThrough, Honesty) {
+fn sweep(name: &str, body: &Arc<Body>, samples: usize) -> (PopThrough, DepthErrors) {
     let push = PopThrough::of(&pop_through(body, samples, SEED));
-    let honest = Honesty::of(&honesty(body, samples, SEED));
+    let errors = DepthErrors::of(&depth_errors(body, samples, SEED));
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     eprintln!(
         "{name:>36} {:>6} pieces  held {:>7} grew {:>7}  unseen {:>6} error {:>6} {:>6} turn {:.1}° {:.1}° beyond {:>6} worst {:.2}",
         body.pieces().len(),
         percent(push.held),
         percent(push.grew),
-        percent(honest.unseen),
-        percent(honest.error[0]),
-        percent(honest.error[1]),
-        honest.turn[0].to_degrees(),
-        honest.turn[1].to_degrees(),
-        percent(honest.beyond),
-        honest.worst,
+        percent(errors.unseen),
+        percent(errors.error[0]),
+        percent(errors.error[1]),
+        errors.turn[0].to_degrees(),
+        errors.turn[1].to_degrees(),
+        percent(errors.beyond),
+        errors.worst,
     );
-    (push, honest)
+    (push, errors)
 }
 
 #[test]

@@ -9,10 +9,10 @@
 //!
 //! The piece is the hull of a patch of the mesh. Faces that only the hull has are not part of the
 //! surface. The admissible directions, which are normals of the mesh, are coloured
-//! ([`palpus::body::OwnNormals`]). At a vertex, they are the directions along which no neighbour on
-//! the mesh is higher. At an edge, they are the arc up to the neighbour's true normal, which may
-//! end before the hull's arc. At faces, they are the normals of the mesh. All other directions are
-//! grey: the piece does not push in these directions.
+//! ([`palpus::body::AdmissibleNormals`]). At a vertex, they are the directions along which no
+//! neighbour on the mesh is higher. At an edge, they are the arc up to the neighbour's true normal,
+//! which may end before the hull's arc. At faces, they are the normals of the mesh. All other
+//! directions are grey: the piece does not push in these directions.
 //!
 //! 1. Each sample of a disc is a direction, and gets the colour of the vertex that is farthest
 //!    along this direction.
@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use palpus::algebra::Pose;
-use palpus::body::{Body, OwnNormals};
+use palpus::body::{AdmissibleNormals, Body};
 
 use crate::camera::{Camera, View};
 use crate::letters;
@@ -64,7 +64,7 @@ struct Palette {
     own: Rgb,
     other: Rgb,
     borrowed: Rgb,
-    own_face: Rgb,
+    surface_face: Rgb,
     other_face: Rgb,
 }
 
@@ -77,7 +77,7 @@ impl Palette {
                 own: [10, 72, 176],
                 other: [120, 122, 128],
                 borrowed: [226, 112, 0],
-                own_face: [92, 160, 220],
+                surface_face: [92, 160, 220],
                 other_face: [196, 194, 190],
             },
             Theme::Dark => Self {
@@ -86,7 +86,7 @@ impl Palette {
                 own: [112, 196, 255],
                 other: [160, 162, 168],
                 borrowed: [255, 164, 60],
-                own_face: [80, 150, 214],
+                surface_face: [80, 150, 214],
                 other_face: [120, 118, 114],
             },
         }
@@ -98,7 +98,7 @@ impl Palette {
 #[cfg(feature = "gui")]
 pub(crate) fn piece_colours(theme: Theme) -> [Rgb; 2] {
     let palette = Palette::of(theme);
-    [palette.own_face, palette.other_face]
+    [palette.surface_face, palette.other_face]
 }
 
 /// A piece of a body to be drawn.
@@ -134,7 +134,7 @@ pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usi
         look,
     };
     let of_piece =
-        [placed(&own, palette.own_face, Look::default()), placed(&hull, palette.other_face, Look::default())];
+        [placed(&own, palette.surface_face, Look::default()), placed(&hull, palette.other_face, Look::default())];
     let environment = BodyPart::Environment.colour(style.theme);
     let whole = placed(&Arc::new(Solid::of_body(body)), environment, Look { translucent: true, ..Look::default() });
     let in_place = [of_piece.to_vec(), vec![whole]].concat();
@@ -167,8 +167,8 @@ pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usi
         sheet.write_about(words, x, y + radius + below, WORD_SIZE, faint);
     }
     let rows = [
-        (palette.own_region, false, "owned directions"),
-        (palette.other_region, false, "not the mesh's"),
+        (palette.own_region, false, "admissible directions"),
+        (palette.other_region, false, "other directions"),
         (palette.own, false, "face of the mesh"),
         (palette.own, true, "in part"),
         (palette.other, true, "virtual face"),
@@ -208,7 +208,7 @@ fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
 
 /// Returns a camera in front of the mesh part of the piece's surface, or the oblique view if that
 /// part has no mean direction.
-pub fn before_own_faces(body: &Body, piece: u32) -> Camera {
+pub fn before_surface_faces(body: &Body, piece: u32) -> Camera {
     let mut camera = Camera::framing([DVec3::ZERO].into_iter(), View::Oblique, 1.0);
     let mesh = body.mesh();
     let outward: DVec3 = body.pieces()[piece as usize]
@@ -247,14 +247,14 @@ fn seen_from([right, up, back]: [DVec3; 3], far: bool) -> [DVec3; 3] {
 }
 
 fn draw_half(picture: &mut Picture, body: &Body, piece: u32, axes: &[DVec3; 3], disc: &Disc, theme: Theme) {
-    let (own, palette) = (body.own_normals(piece), Palette::of(theme));
+    let (own, palette) = (body.admissible_normals(piece), Palette::of(theme));
     draw_regions(picture, &own, axes, disc, &palette);
     draw_arcs(picture, &own, axes, disc, &palette);
     draw_points(picture, &own, axes, disc, &palette);
 }
 
 /// Draws the regions (step 1).
-fn draw_regions(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
+fn draw_regions(picture: &mut Picture, own: &AdmissibleNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let rows = span(disc.y, disc.radius, picture.height());
     let columns = span(disc.x, disc.radius, picture.width());
     let mut vertex = 0;
@@ -284,8 +284,8 @@ fn draw_regions(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], 
     }
 }
 
-fn region_light(own: &OwnNormals<'_>, vertex: u32, direction: DVec3, palette: &Palette) -> DVec3 {
-    let owned = own.vertex_owns(vertex, direction);
+fn region_light(own: &AdmissibleNormals<'_>, vertex: u32, direction: DVec3, palette: &Palette) -> DVec3 {
+    let owned = own.vertex_admits(vertex, direction);
     let colour = linear(if owned { palette.own_region } else { palette.other_region });
     // Regions that are not admissible differ only by their arcs.
     let step = if owned { REGION_STEPS[vertex as usize % REGION_STEPS.len()] } else { 0.0 };
@@ -298,7 +298,7 @@ fn span(middle: f64, radius: f64, end: usize) -> std::ops::Range<usize> {
 }
 
 /// Draws the arcs (step 2).
-fn draw_arcs(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
+fn draw_arcs(picture: &mut Picture, own: &AdmissibleNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let polytope = own.polytope();
     let hull = polytope.edges().map(|edge| [edge.left, edge.right].map(|f| polytope.plane(f).normal));
     let thin = (THIN_ARC * disc.radius).max(0.35);
@@ -345,7 +345,7 @@ fn draw_run(picture: &mut Picture, run: &mut Vec<(f64, f64)>, radius: f64, colou
 }
 
 /// Draws the points (step 3).
-fn draw_points(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
+fn draw_points(picture: &mut Picture, own: &AdmissibleNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let mut point = |direction: DVec3, size: f64, colour: Rgb, within: Rgb| {
         if let Some((x, y)) = disc.place(axes, direction) {
             let radius = (size * disc.radius).max(1.4);
@@ -356,10 +356,10 @@ fn draw_points(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], d
     let polytope = own.polytope();
     let mut faces: Vec<u32> = (0..polytope.face_count() as u32).collect();
     // Admissible faces are drawn on top.
-    faces.sort_by_key(|f| own.own_face(*f).is_some());
+    faces.sort_by_key(|f| own.surface_face(*f).is_some());
     for f in faces {
         let normal = polytope.plane(f).normal;
-        match own.own_face(f) {
+        match own.surface_face(f) {
             Some(face) => {
                 point(normal, FACE_POINT, palette.own, if face.whole { palette.own } else { palette.own_region })
             }

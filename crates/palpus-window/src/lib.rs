@@ -56,14 +56,14 @@ mod window;
 mod xray;
 
 pub use camera::{Camera, Projected, View};
-pub use gauss::{PieceOf, before_own_faces, paint_gauss, paint_gauss_half};
+pub use gauss::{PieceOf, before_surface_faces, paint_gauss, paint_gauss_half};
 pub use moment::{Moment, ShownAnchor, ShownCluster, ShownContact};
 pub use moments::{Moments, Progress};
 pub use paint::paint;
 pub use picture::{Picture, Rgb};
 pub use piece::{PieceNumbers, richest_piece};
 pub use scene::{BodyPart, Look, Scene, ShownBody, Unit};
-pub use section::{Axis, Feeler, Felt, POINT, Section, SectionNumbers, SectionPlane};
+pub use section::{Axis, Felt, POINT, PointProbe, Section, SectionNumbers, SectionPlane};
 pub use section_panel::{SectionOf, Shown, contour_step, depth_colour, paint_section_panel};
 pub use section_picture::paint_section;
 pub use solid::Solid;

@@ -183,8 +183,8 @@ impl Marks {
             marks.dots.push(Dot { point: grip, radius: GRIP_RADIUS, colour: colours.force });
             if scene.is_grip_apart() {
                 let hand = place(moment.hand);
-                marks.dots.push(Dot { point: hand, radius: GRIP_RADIUS, colour: colours.ink });
-                marks.solids.push((rod(hand, grip, metres(grip, HAND_ROD_RADIUS)), colours.ink));
+                marks.dots.push(Dot { point: hand, radius: GRIP_RADIUS, colour: colours.grip });
+                marks.solids.push((rod(hand, grip, metres(grip, HAND_ROD_RADIUS)), colours.grip));
             }
         }
         marks
@@ -298,9 +298,10 @@ pub(crate) fn ball(center: DVec3, radius: f64) -> Triangles {
     triangles
 }
 
-/// Numbers of rings of triangles of a ball, and of triangle pairs in a ring.
+/// Number of rings of triangles in a ball.
 #[cfg(feature = "gui")]
 const BALL_RINGS: usize = 5;
+/// Number of pairs of triangles in a ring of a ball.
 #[cfg(feature = "gui")]
 const BALL_SIDES: usize = 9;
 

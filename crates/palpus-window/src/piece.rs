@@ -40,13 +40,13 @@ impl PieceNumbers {
     /// Counts the parts of piece `k`, which must exist.
     pub fn of(body: &Body, k: u32) -> Self {
         let polytope = &body.polytopes()[k as usize];
-        let own = body.own_normals(k);
+        let own = body.admissible_normals(k);
         let all = 0..polytope.face_count() as u32;
         let rims = all.clone().filter(|&f| polytope.is_rim(f)).count();
         let original = all.filter(|&f| polytope.face_provenance(f) == Provenance::Original).count();
         let owned = (0..DIRECTIONS).filter(|&i| {
             let direction = spread_direction(i);
-            own.vertex_owns(polytope.support(direction), direction)
+            own.vertex_admits(polytope.support(direction), direction)
         });
         Self {
             faces: polytope.face_count() - rims,

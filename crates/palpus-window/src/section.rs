@@ -134,11 +134,11 @@ pub struct Felt {
 
 /// A probe as small as a point, with its queries.
 #[derive(Clone, Debug)]
-pub struct Feeler {
+pub struct PointProbe {
     query: ContactQuery,
 }
 
-impl Feeler {
+impl PointProbe {
     /// Creates a probe for `body`.
     ///
     /// # Errors
@@ -203,7 +203,7 @@ impl Section {
     ///
     /// # Errors
     ///
-    /// See [`Feeler::new`].
+    /// See [`PointProbe::new`].
     pub fn of(
         body: &Arc<Body>,
         plane: SectionPlane,
@@ -212,11 +212,11 @@ impl Section {
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, BodyError> {
         let mut section = Self::laid(body, plane, finest);
-        let feeler = Feeler::new(body)?;
+        let probe = PointProbe::new(body)?;
         let part = |k: usize| {
-            let mut feeler = feeler.clone();
+            let mut probe = probe.clone();
             let rows = k * ROWS_PER_PART..section.rows.min((k + 1) * ROWS_PER_PART);
-            rows.flat_map(|row| section.feel_row(row, &mut feeler)).collect::<Vec<Felt>>()
+            rows.flat_map(|row| section.feel_row(row, &mut probe)).collect::<Vec<Felt>>()
         };
         let parts = map_in_order(workers, section.rows.div_ceil(ROWS_PER_PART), 1, part, progress);
         section.samples = parts.concat();
@@ -234,8 +234,8 @@ impl Section {
     }
 
     /// Computes one row.
-    pub fn feel_row(&self, row: usize, feeler: &mut Feeler) -> Vec<Felt> {
-        (0..self.columns).map(|column| feeler.feel(self.point(column, row))).collect()
+    pub fn feel_row(&self, row: usize, probe: &mut PointProbe) -> Vec<Felt> {
+        (0..self.columns).map(|column| probe.feel(self.point(column, row))).collect()
     }
 
     /// Returns the position of a sample.

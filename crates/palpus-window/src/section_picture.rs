@@ -34,7 +34,7 @@ pub fn paint_section(shown: &SectionOf<'_>, style: &Style, width: usize, height:
         &[
             (Shown::Felt, "felt depth"),
             (Shown::True, "true depth: distance to the surface"),
-            (Shown::Missing, "true less felt"),
+            (Shown::Missing, "true − felt"),
         ]
     } else {
         &[(Shown::Felt, "felt depth")]

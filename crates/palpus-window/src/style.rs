@@ -69,6 +69,8 @@ pub(crate) struct Colours {
     pub(crate) torque: Rgb,
     pub(crate) anchor: Rgb,
     pub(crate) sliding: Rgb,
+    /// Colour of the grip in the hand, if the tool is elsewhere.
+    pub(crate) grip: Rgb,
     /// Colour of the curve with other settings.
     #[cfg(feature = "gui")]
     pub(crate) compared: Rgb,
@@ -113,6 +115,7 @@ impl Theme {
                 torque: [0, 138, 148],
                 anchor: [24, 24, 28],
                 sliding: [222, 110, 0],
+                grip: [176, 34, 122],
                 #[cfg(feature = "gui")]
                 compared: [214, 96, 0],
                 light: [250, 205, 60],
@@ -139,6 +142,7 @@ impl Theme {
                 torque: [64, 214, 222],
                 anchor: [250, 250, 250],
                 sliding: [255, 170, 60],
+                grip: [255, 132, 204],
                 #[cfg(feature = "gui")]
                 compared: [255, 150, 60],
                 light: [255, 220, 90],

@@ -8,7 +8,7 @@ use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::render::{ProbeState, Renderer, Settings};
 use palpus_window::{
     Axis, BodyPart, Camera, Look, Moment, Picture, PieceOf, Scene, Section, SectionOf, SectionPlane, Shown, ShownBody,
-    Solid, Style, Theme, Unit, View, before_own_faces, depth_colour, paint, paint_gauss, paint_gauss_half,
+    Solid, Style, Theme, Unit, View, before_surface_faces, depth_colour, paint, paint_gauss, paint_gauss_half,
     paint_section, paint_section_panel,
 };
 
@@ -242,7 +242,7 @@ fn gauss_map_is_coloured_only_where_directions_are_owned() {
     let body = l_block();
     let (size, middle) = (240, 120.0);
     for piece in 0..body.polytopes().len() as u32 {
-        let own = body.own_normals(piece);
+        let own = body.admissible_normals(piece);
         let camera = Camera::framing([DVec3::ZERO].into_iter(), View::Oblique, 1.0);
         let picture = paint_gauss_half(&body, piece, &camera, Theme::Light, size);
         assert_eq!(picture, paint_gauss_half(&body, piece, &camera, Theme::Light, size));
@@ -257,7 +257,7 @@ fn gauss_map_is_coloured_only_where_directions_are_owned() {
             }
             let direction = right * u + up * v + back * (1.0 - u * u - v * v).sqrt();
             let [r, g, b] = picture.pixel(x, y).map(i32::from);
-            let owned = own.vertex_owns(own.polytope().support(direction), direction);
+            let owned = own.vertex_admits(own.polytope().support(direction), direction);
             let is_grey = (r - g).abs() < 8 && (g - b).abs() < 12;
             seen[usize::from(owned)] += 1;
             right_colour[usize::from(owned)] += i32::from(is_grey != owned);
@@ -272,7 +272,7 @@ fn gauss_map_is_coloured_only_where_directions_are_owned() {
 fn page_of_a_piece_has_text_and_spheres_at_any_size() {
     let body = l_block();
     let shown = PieceOf { body: &body, piece: 0, name: "l.obj", unit: Unit::Model };
-    let camera = before_own_faces(&body, 0);
+    let camera = before_surface_faces(&body, 0);
     for (width, height) in [(640, 400), (16, 16), (40, 300), (300, 40)] {
         let page = paint_gauss(&shown, &camera, &Style::default(), width, height);
         assert_eq!((page.width(), page.height()), (width, height));

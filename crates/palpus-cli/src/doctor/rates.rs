@@ -53,7 +53,7 @@ fn judge(hz: f64, timer: &Timer, late_share: f64, step_us: f64) -> Rate {
     let why = if late_share > MOST_LATE {
         Some(format!("{:.1} % of wake-ups late by over half a period", late_share * 100.0))
     } else if step_us > room_us {
-        Some(format!("a step takes {step_us:.0} µs (99.9 %)"))
+        Some(format!("a step takes {step_us:.0} µs (p99.9)"))
     } else {
         None
     };
@@ -69,7 +69,7 @@ pub(super) fn fastest(rates: &[Rate]) -> Option<f64> {
 pub(super) fn table(rates: &[Rate]) -> Vec<String> {
     let mut table = Table::new();
     table.load_preset(NOTHING);
-    table.set_header(["rate", "timer late by (99 %)", "(99.9 %)", "over half a period", "room for a step", "held"]);
+    table.set_header(["rate", "timer late by (p99)", "(p99.9)", "over half a period", "room for a step", "held"]);
     for rate in rates {
         let held = rate.why.as_ref().map_or("yes".to_owned(), |why| format!("no: {why}"));
         table.add_row([

@@ -43,7 +43,7 @@ impl SceneTimes {
         let Self { name, p50_us, p99_us, p999_us, max_us, achievable_hz, .. } = self;
         let rate = achievable_hz.map_or("with this timer not even 500 Hz".to_owned(), |hz| format!("up to {hz:.0} Hz"));
         format!(
-            "{name}: a step takes {p50_us:.1} µs (half), {p99_us:.1} µs (99 %), {p999_us:.1} µs (99.9 %), {max_us:.0} µs (worst); {rate}"
+            "{name}: a step takes {p50_us:.1} µs (median), {p99_us:.1} µs (p99), {p999_us:.1} µs (p99.9), {max_us:.0} µs (largest); {rate}"
         )
     }
 }

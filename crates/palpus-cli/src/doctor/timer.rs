@@ -23,7 +23,7 @@ impl Timer {
     pub(super) fn in_words(&self) -> String {
         let Self { turns, p50_us, p99_us, p999_us, max_us, late_share } = self;
         format!(
-            "late by {p50_us:.1} µs (half), {p99_us:.1} µs (99 %), {p999_us:.1} µs (99.9 %), {max_us:.0} µs (worst); \
+            "late by {p50_us:.1} µs (median), {p99_us:.1} µs (p99), {p999_us:.1} µs (p99.9), {max_us:.0} µs (largest); \
              {:.2} % of {turns} wake-ups by over 0.5 ms",
             late_share * 100.0
         )

@@ -138,7 +138,7 @@ fn slow(scene: &SceneTimes) -> Note {
     if scene.achievable_hz.is_some() {
         mends.push("run slower: `palpus run --rate 500`".to_owned());
     }
-    Note { what: format!("a step takes {:.0} µs (99.9 %), too long for a period of 1 ms", scene.p999_us), mends }
+    Note { what: format!("a step takes {:.0} µs (p99.9), too long for a period of 1 ms", scene.p999_us), mends }
 }
 
 fn bounded(scene: &SceneTimes) -> Note {

@@ -137,6 +137,15 @@ impl Html {
         })
     }
 
+    /// Appends a list of sentences.
+    pub(crate) fn list(&mut self, sentences: &[String]) -> &mut Self {
+        self.element("ul", "", |list| {
+            for sentence in sentences {
+                list.prose_in("li", "", sentence);
+            }
+        })
+    }
+
     /// Appends names and values.
     pub(crate) fn facts(&mut self, facts: &[(String, String)]) -> &mut Self {
         self.element("div", "scroll", |scroll| {

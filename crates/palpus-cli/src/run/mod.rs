@@ -14,9 +14,9 @@ mod plan;
 mod ready;
 mod recordings;
 mod replayed;
-mod seat;
 mod servo_thread;
 mod session;
+mod session_device;
 #[cfg(test)]
 mod session_tests;
 mod watched;
@@ -139,12 +139,12 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
     for run in ended {
         run.notes.iter().for_each(output::note);
         report(arguments, &run)?;
-        for complaint in run.seats.iter().filter_map(|seat| seat.summary.complaint(run.rate_hz)) {
+        for complaint in run.devices.iter().filter_map(|device| device.summary.complaint(run.rate_hz)) {
             let advice = if strict { "; --lenient accepts this, and `palpus doctor` gives advice" } else { "" };
             output::note(format!("note: {complaint}{advice}"));
             failed |= strict;
         }
-        failed |= run.seats.iter().any(|seat| has_failed(&seat.end));
+        failed |= run.devices.iter().any(|device| has_failed(&device.end));
         if let Some(file) = &arguments.screenshot {
             let Ended { name, stage, engine, settings, rate_hz, .. } = run;
             let moment = engine.shown(1.0 / rate_hz);
@@ -168,20 +168,20 @@ struct Summaries<'a> {
 
 fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
     if arguments.json {
-        let recordings = run.seats.iter().flat_map(|seat| &seat.recordings).map(|file| &**file).collect();
-        let others = run.seats.iter().enumerate().skip(1);
-        let others = others.map(|(k, seat)| (tools::name(k), &seat.summary)).collect();
-        return output::json(&Summaries { first: &run.seats[0].summary, others, recordings });
+        let recordings = run.devices.iter().flat_map(|device| &device.recordings).map(|file| &**file).collect();
+        let others = run.devices.iter().enumerate().skip(1);
+        let others = others.map(|(k, device)| (tools::name(k), &device.summary)).collect();
+        return output::json(&Summaries { first: &run.devices[0].summary, others, recordings });
     }
-    for (k, seat) in run.seats.iter().enumerate() {
-        if run.seats.len() > 1 {
+    for (k, device) in run.devices.iter().enumerate() {
+        if run.devices.len() > 1 {
             output::line(format!("{:>14}", format!("{} hand", tools::name(k))));
         }
-        summary::print(&seat.summary);
+        summary::print(&device.summary);
     }
-    for (k, seat) in run.seats.iter().enumerate() {
+    for (k, device) in run.devices.iter().enumerate() {
         let name = if k == 0 { run.name.clone() } else { format!("{}, {} hand", run.name, tools::name(k)) };
-        seat.recordings.iter().for_each(|file| report_recording(&name, file, k == 0));
+        device.recordings.iter().for_each(|file| report_recording(&name, file, k == 0));
     }
     Ok(())
 }

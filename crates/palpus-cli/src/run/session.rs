@@ -21,8 +21,8 @@ use palpus::render::{Settings, SettingsError};
 use palpus_device::{DeviceSpec, Guide, RealTimeClaims, RealTimeOptions, RunControl, Servo, leave_core};
 use palpus_io::scene::CouplingMode;
 
-use super::seat::{EndedSeat, Seat, preset};
 use super::servo_thread::{ServoThread, Turned, joined};
+use super::session_device::{EndedDevice, SessionDevice, preset};
 use super::watched::WatchedTick;
 use super::{Live, Ready};
 use crate::engine::Engine;
@@ -40,7 +40,7 @@ pub(crate) struct Session {
     stage: Stage,
     rate_hz: f64,
     /// The devices. The window shows and controls the first device.
-    seats: Vec<Seat>,
+    devices: Vec<SessionDevice>,
     control: Arc<RunControl>,
     claims: Option<RealTimeClaims>,
     thread: JoinHandle<Turned>,
@@ -72,7 +72,7 @@ pub(crate) struct Ended {
     /// Engine settings of the first device's tool.
     pub(crate) settings: Settings,
     /// Results for each device.
-    pub(crate) seats: Vec<EndedSeat>,
+    pub(crate) devices: Vec<EndedDevice>,
     /// The engine after its last step.
     pub(crate) engine: Engine,
     /// Further messages.
@@ -91,11 +91,11 @@ impl Session {
         let servo = safeties.fold(Servo::new(options), |servo, safety| servo?.with_device(safety))?;
         let files = record.map(|file| recording::of_run(file, plans.len(), &keep));
         let crease_angle = engine.crease_angle();
-        let (mut seats, mut working, mut stages) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut devices, mut working, mut stages) = (Vec::new(), Vec::new(), Vec::new());
         for (which, plan) in plans.into_iter().enumerate() {
-            let taken = Seat::take(plan, which, files.as_deref(), crease_angle, beginning)?;
+            let taken = SessionDevice::take(plan, which, files.as_deref(), crease_angle, beginning)?;
             engine.steer(which, taken.newest);
-            seats.push(taken.seat);
+            devices.push(taken.device);
             working.push(taken.working);
             stages.push(taken.stage);
         }
@@ -106,7 +106,7 @@ impl Session {
         let (granted, grants) = mpsc::channel();
         let thread = std::thread::Builder::new().name("servo".to_owned()).spawn(move || work.turn(&granted))?;
         let claims = grants.recv().ok().flatten();
-        Ok(Self { name, stage, rate_hz, seats, control, claims, thread })
+        Ok(Self { name, stage, rate_hz, devices, control, claims, thread })
     }
 
     /// Prints the real-time rights that the system granted.
@@ -118,8 +118,8 @@ impl Session {
 
     /// Returns the newest numbers of the first device, with the faults of all devices.
     pub(crate) fn live(&mut self) -> Live {
-        let faults = self.seats.iter_mut().map(|seat| seat.live.get().faults).sum();
-        Live { faults, ..*self.seats[0].live.get() }
+        let faults = self.devices.iter_mut().map(|device| device.live.get().faults).sum();
+        Live { faults, ..*self.devices[0].live.get() }
     }
 
     /// Returns the run control, which pauses the loop, runs single ticks and passes keys.
@@ -135,21 +135,21 @@ impl Session {
     /// Waits for the end and returns the results.
     pub(crate) fn wait(self) -> anyhow::Result<Ended> {
         let Turned { worked, engine } = joined(self.thread.join())?;
-        let settings = self.seats[0].settings;
-        let scripted = self.seats[0].guide.is_some();
-        let (mut seats, mut notes) = (Vec::new(), Vec::new());
-        for (seat, worked) in self.seats.into_iter().zip(worked) {
-            let (ended, more) = seat.end(worked, self.claims.as_ref(), self.rate_hz);
-            seats.push(ended);
+        let settings = self.devices[0].settings;
+        let scripted = self.devices[0].guide.is_some();
+        let (mut devices, mut notes) = (Vec::new(), Vec::new());
+        for (device, worked) in self.devices.into_iter().zip(worked) {
+            let (ended, more) = device.end(worked, self.claims.as_ref(), self.rate_hz);
+            devices.push(ended);
             notes.extend(more);
         }
         let Self { name, stage, rate_hz, .. } = self;
-        let first: &mut EndedSeat = &mut seats[0];
+        let first: &mut EndedDevice = &mut devices[0];
         if first.summary.is_untouched() {
             let why = Untouched::of(&stage).reason(scripted, first.summary.duration_s);
             first.summary.no_contact = Some(why);
         }
-        Ok(Ended { name, stage, rate_hz, settings, seats, engine, notes })
+        Ok(Ended { name, stage, rate_hz, settings, devices, engine, notes })
     }
 }
 
@@ -172,7 +172,7 @@ impl Session {
 
     /// Returns the first device's new ticks, oldest first, if it is watched.
     pub(crate) fn watched(&mut self) -> impl Iterator<Item = WatchedTick> + '_ {
-        self.seats[0].watched.iter_mut().flat_map(|queue| std::iter::from_fn(|| queue.pop().ok()))
+        self.devices[0].watched.iter_mut().flat_map(|queue| std::iter::from_fn(|| queue.pop().ok()))
     }
 
     /// Returns the ticks per second.
@@ -182,7 +182,7 @@ impl Session {
 
     /// Returns the description of the first device.
     pub(crate) fn spec(&self) -> &DeviceSpec {
-        &self.seats[0].spec
+        &self.devices[0].spec
     }
 
     /// Returns the stage.
@@ -192,7 +192,7 @@ impl Session {
 
     /// Returns the settings of the first device's tool from the next tick on.
     pub(crate) fn settings(&self) -> &Settings {
-        &self.seats[0].settings
+        &self.devices[0].settings
     }
 
     /// Changes the settings. Capacity, time budget, limits, grip and the crease angle of shading
@@ -201,34 +201,36 @@ impl Session {
     /// for the coupling: their coupling is switched on or off with the first tool's coupling, and
     /// has the values for their own devices.
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
-        let fit = |(k, seat): (usize, &Seat)| if k == 0 { seat.fit(settings) } else { seat.fit_of_other(settings) };
-        let fit: Vec<Settings> = self.seats.iter().enumerate().map(fit).collect();
+        let fit = |(k, device): (usize, &SessionDevice)| {
+            if k == 0 { device.fit(settings) } else { device.fit_of_other(settings) }
+        };
+        let fit: Vec<Settings> = self.devices.iter().enumerate().map(fit).collect();
         fit.iter().try_for_each(Settings::validate)?;
-        self.seats.iter_mut().zip(&fit).try_for_each(|(seat, settings)| seat.set(settings))
+        self.devices.iter_mut().zip(&fit).try_for_each(|(device, settings)| device.set(settings))
     }
 
     /// Returns the settings `wanted`, limited to what the first device's tool allows.
     pub(crate) fn fitted(&self, wanted: &Settings) -> Settings {
-        self.seats[0].fit(wanted)
+        self.devices[0].fit(wanted)
     }
 
     /// Returns settings by name: palpus's own for this scene on this device, and the paper's.
     pub(crate) fn presets(&self) -> [(&'static str, Settings); 2] {
-        let of = |mode| preset(&self.stage, &self.seats[0].spec, self.rate_hz, mode);
+        let of = |mode| preset(&self.stage, &self.devices[0].spec, self.rate_hz, mode);
         [("palpus", of(CouplingMode::Coupled)), ("paper", of(CouplingMode::Direct))]
     }
 
     /// True if there is a simulated hand that can be moved. If there are several hands, the first
     /// hand is moved.
     pub(crate) fn can_guide(&self) -> bool {
-        self.seats[0].guide.is_some()
+        self.devices[0].guide.is_some()
     }
 
     /// Lets the simulated hand hold the probe at a pose (of its mesh's frame, world), release it,
     /// or follow its script again. Does nothing unless [`Self::can_guide`].
     pub(crate) fn guide(&mut self, probe: Guide) {
-        let grip_a = self.seats[0].settings.grip_a;
-        if let Some(guide) = &mut self.seats[0].guide {
+        let grip_a = self.devices[0].settings.grip_a;
+        if let Some(guide) = &mut self.devices[0].guide {
             guide.publish(match probe {
                 Guide::Held(pose) => Guide::Held(pose.with_origin(grip_a)),
                 other => other,
@@ -245,13 +247,13 @@ impl Session {
 
     /// Returns the file of the current recording of the first device.
     pub(crate) fn recording(&self) -> Option<&Path> {
-        self.seats[0].recordings.path()
+        self.devices[0].recordings.path()
     }
 
     /// Returns the error of the recording, if any.
     #[cfg(feature = "window")]
     pub(crate) fn trouble(&self) -> Option<String> {
-        self.seats.iter().find_map(|seat| seat.recordings.trouble())
+        self.devices.iter().find_map(|device| device.recordings.trouble())
     }
 
     /// Starts a recording of each device with the next tick. The file is `base`, or a new name in
@@ -259,8 +261,8 @@ impl Session {
     /// file.
     pub(crate) fn record(&mut self, base: &Path) -> anyhow::Result<PathBuf> {
         self.stop_recording()?;
-        let files = recording::free(base, self.seats.len());
-        let begun = self.seats.iter_mut().try_for_each(|seat| seat.recordings.begin(&files, &seat.settings));
+        let files = recording::free(base, self.devices.len());
+        let begun = self.devices.iter_mut().try_for_each(|device| device.recordings.begin(&files, &device.settings));
         if begun.is_err() {
             self.stop_recording()?;
         }
@@ -269,7 +271,8 @@ impl Session {
 
     /// Ends the current recording; returns the first device's file.
     pub(crate) fn stop_recording(&mut self) -> anyhow::Result<Option<PathBuf>> {
-        let stopped: Vec<_> = self.seats.iter_mut().map(|seat| seat.recordings.stop()).collect::<Result<_, _>>()?;
+        let stopped: Vec<_> =
+            self.devices.iter_mut().map(|device| device.recordings.stop()).collect::<Result<_, _>>()?;
         Ok(stopped.into_iter().next().flatten())
     }
 }

@@ -14,7 +14,7 @@ use palpus_device::{AfterPanic, Cut, Cuts, Guide};
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
-use super::seat::EndedSeat;
+use super::session_device::EndedDevice;
 use super::{Beginning, Ended, Ready, Session};
 use crate::args::RunArguments;
 use crate::divergence::Report;
@@ -107,8 +107,8 @@ fn changed_settings_replay_bit_for_bit_without_allocating() {
         }
     }
     run_to(&mut session, 3000);
-    let Ended { seats, notes, .. } = session.end().expect("the session ends");
-    let [EndedSeat { summary, recordings, .. }] = &seats[..] else { panic!("the run must have one device") };
+    let Ended { devices, notes, .. } = session.end().expect("the session ends");
+    let [EndedDevice { summary, recordings, .. }] = &devices[..] else { panic!("the run must have one device") };
     assert_eq!(summary.ticks, 3000);
     assert_eq!(summary.allocations, 0, "the loop must not allocate");
     assert_eq!(*recordings, std::slice::from_ref(&file));
@@ -138,8 +138,8 @@ fn run_that_continues_after_a_panic_replays_bit_for_bit() {
     safety::recorded(&plan.limits, plan.engagement, &plan.options.safety, &mut plan.header.scene.more);
     let beginning = Beginning { record: Some(&file), ..Beginning::default() };
     let session = Session::start(ready, &beginning, &Arc::new(AtomicBool::new(false))).expect("the session starts");
-    let Ended { seats, notes, .. } = session.wait().expect("the session ends");
-    assert_eq!((seats[0].summary.ticks, notes), (3000, Vec::new()));
+    let Ended { devices, notes, .. } = session.wait().expect("the session ends");
+    assert_eq!((devices[0].summary.ticks, notes), (3000, Vec::new()));
     let rows = read_recording(&file).expect("the recording can be read").rows;
     let not_stepped: Vec<u64> =
         rows.iter().filter(|row| !row.servo.expect("the row has format 3").stepped).map(|row| row.tick).collect();
@@ -159,7 +159,7 @@ fn invalid_settings_are_refused_and_run_continues() {
     session.set_settings(&other).expect("the other settings are valid");
     assert_eq!(*session.settings(), usual);
     run_to(&mut session, 100);
-    assert_eq!(session.end().expect("the session ends").seats[0].summary.ticks, 100);
+    assert_eq!(session.end().expect("the session ends").devices[0].summary.ticks, 100);
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn recordings_start_and_stop_and_overwrite_nothing() {
     assert_eq!(third, folder.0.join("run-3.csv"));
     run_to(&mut session, 700);
     let ended = session.end().expect("the session ends");
-    assert_eq!(ended.seats[0].recordings, [file.clone(), second.clone(), third.clone()]);
+    assert_eq!(ended.devices[0].recordings, [file.clone(), second.clone(), third.clone()]);
 
     let ticks = |file| {
         let recording = read_recording(file).expect("the recording can be read");
@@ -253,8 +253,8 @@ fn two_tools_are_steered_recorded_and_replayed() {
     let later = session.record(&file).expect("the recordings start");
     assert_eq!(later, folder.0.join("run-3.csv"));
     run_to(&mut session, 2600);
-    let Ended { seats, notes, .. } = session.end().expect("the session ends");
-    let [first, second] = &seats[..] else { panic!("the run must have two tools") };
+    let Ended { devices, notes, .. } = session.end().expect("the session ends");
+    let [first, second] = &devices[..] else { panic!("the run must have two tools") };
     assert_eq!((first.summary.ticks, second.summary.ticks), (2600, 2600));
     assert_eq!((first.summary.allocations, second.summary.allocations), (0, 0), "the loop must not allocate");
     assert!(notes.is_empty(), "{notes:?}");

@@ -28,7 +28,7 @@ fn over_time(report: &Report) -> Figure {
             Panel::lines(
                 "a step takes",
                 "µs",
-                vec![curve("99 %", VERMILION, &|row| row.step_us.p99), curve("half", BLUE, &|row| row.step_us.p50)],
+                vec![curve("p99", VERMILION, &|row| row.step_us.p99), curve("median", BLUE, &|row| row.step_us.p50)],
             ),
             Panel::lines(
                 "contacts",

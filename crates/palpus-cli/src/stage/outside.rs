@@ -5,27 +5,31 @@ use std::io::{BufRead, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use palpus_io::scene::{FilePolicy, SceneFile, read_scene};
+use palpus_io::scene::{FilePolicy, SceneError, SceneFile, read_scene};
 
 /// Reads a scene file. If it names files outside its folder and `policy` does not allow this, the
 /// user is asked. Without a terminal, the function fails.
 pub(super) fn read_asking(path: &Path, policy: FilePolicy) -> anyhow::Result<SceneFile> {
     let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-    let answer = || terminal.then(|| ask(&mut std::io::stdin().lock(), &mut std::io::stderr()));
+    let answer = |inside: &SceneError| {
+        terminal.then(|| {
+            crate::output::note(format!("note: {inside}"));
+            ask(&mut std::io::stdin().lock(), &mut std::io::stderr())
+        })
+    };
     read(path, policy, &answer)
 }
 
 /// Does the work of [`read_asking`]; `answer` asks the question, and returns `None` without a
 /// terminal.
-fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> anyhow::Result<SceneFile> {
+fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn(&SceneError) -> Option<bool>) -> anyhow::Result<SceneFile> {
     let inside = match (read_scene(path, policy), policy) {
         (Err(error), FilePolicy::Inside) => error,
         (read, _) => return Ok(read?),
     };
     // Asks only if the place of a file is the only error.
     let Ok(scene) = read_scene(path, FilePolicy::Anywhere) else { return Err(inside.into()) };
-    crate::output::note(format!("note: {inside}"));
-    match answer() {
+    match answer(&inside) {
         Some(true) => Ok(scene),
         Some(false) => bail!("{} names files outside its folder, and you did not allow that", path.display()),
         None => Err(inside).context("the scene names files outside its folder; use --allow-outside if you trust it"),
@@ -58,11 +62,11 @@ mod tests {
     #[test]
     fn files_outside_need_permission() {
         let file = scene();
-        assert!(read(&file, FilePolicy::Inside, &|| Some(true)).is_ok());
-        assert!(read(&file, FilePolicy::Anywhere, &|| panic!("no question may be asked")).is_ok());
-        let refused = read(&file, FilePolicy::Inside, &|| Some(false)).unwrap_err().to_string();
+        assert!(read(&file, FilePolicy::Inside, &|_| Some(true)).is_ok());
+        assert!(read(&file, FilePolicy::Anywhere, &|_| panic!("no question may be asked")).is_ok());
+        let refused = read(&file, FilePolicy::Inside, &|_| Some(false)).unwrap_err().to_string();
         assert!(refused.contains("did not allow"), "{refused}");
-        let unasked = read(&file, FilePolicy::Inside, &|| None).unwrap_err().to_string();
+        let unasked = read(&file, FilePolicy::Inside, &|_| None).unwrap_err().to_string();
         assert!(unasked.contains("--allow-outside"), "{unasked}");
     }
 

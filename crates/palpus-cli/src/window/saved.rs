@@ -158,7 +158,7 @@ mod tests {
             assert_eq!(read.coupling.is_some(), settings.coupling.is_some());
             if let (Some(read), Some(coupling)) = (&read.coupling, &settings.coupling) {
                 near(read.stiffness, coupling.stiffness);
-                near(read.skin, coupling.skin);
+                near(read.contact_offset, coupling.contact_offset);
             }
             let (one, other) = (again.path.pose(0.0), stage.path.pose(0.0));
             assert!((one.translation - other.translation).length() < 1e-9, "the start must not change");

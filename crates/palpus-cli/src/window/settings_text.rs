@@ -33,12 +33,12 @@ pub(super) fn toml(settings: &Settings, metres_per_unit: f64) -> String {
     let Some(coupling) = &settings.coupling else { return text + "mode = \"direct\"\n" };
     let _ = writeln!(
         text,
-        "mode = \"coupled\"\nstiffness = {:?}\ndamping = {:?}\nangular_stiffness = {:?}\nangular_damping = {:?}\nskin = {:?}\nmass = {:?}",
+        "mode = \"coupled\"\nstiffness = {:?}\ndamping = {:?}\nangular_stiffness = {:?}\nangular_damping = {:?}\ncontact_offset = {:?}\nmass = {:?}",
         coupling.stiffness,
         coupling.damping,
         coupling.angular_stiffness,
         coupling.angular_damping,
-        length(coupling.skin),
+        length(coupling.contact_offset),
         coupling.mass
     );
     text
@@ -76,7 +76,7 @@ mod tests {
             near(read_shading.map_or(0.0, |s| s.crease_angle), shading.map_or(0.0, |s| s.crease_angle));
             if let Some(coupling) = settings.coupling {
                 assert_eq!(read.coupling.stiffness, Some(coupling.stiffness));
-                near(read.coupling.skin.unwrap_or(0.0), coupling.skin);
+                near(read.coupling.contact_offset.unwrap_or(0.0), coupling.contact_offset);
             }
         }
         let _ = std::fs::remove_dir_all(&folder);

@@ -97,7 +97,7 @@ fn run_is_steered_then_replaced_by_scene_and_mesh() {
         let ended = run.end().expect("the run ends");
         assert_eq!(ended.len(), 3);
         for run in &ended {
-            let recording = read_recording(&run.seats[0].recordings[0]).expect("the recording can be read");
+            let recording = read_recording(&run.devices[0].recordings[0]).expect("the recording can be read");
             assert!(!recording.rows.is_empty() && recording.rows[0].tick == 0, "{}", run.name);
         }
         assert!(folder.join("scenes/cube/scene.toml").is_file());

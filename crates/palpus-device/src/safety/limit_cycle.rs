@@ -36,11 +36,11 @@ const LEAST_SWING: f64 = 0.025;
 /// Longest half cycle that is examined, s: half of the longest period (0.1 s), plus a fifth for
 /// asymmetric cycles.
 const LONGEST_HALF: f64 = 0.06;
-/// Displacement of the grip that explains a swing of the whole peak, m. For this swing a coupling
-/// needs eight times this travel; a direct contact at the limit of stability needs twice this
-/// travel.
+/// m: if the grip moves this far, its motion explains a swing of the force from zero to the peak. A
+/// coupling needs eight times this travel for such a swing. A direct contact at the limit of
+/// stability needs twice this travel.
 const OWN_TRAVEL: f64 = 1e-3;
-/// Rotation of the grip that explains a swing of the whole peak, rad.
+/// rad: like [`OWN_TRAVEL`] for rotation.
 const OWN_TURN: f64 = 0.04;
 /// Play, as a fraction of both thresholds above. Motion within the play adds nothing to the path,
 /// so an encoder that alternates between two steps (0.03 mm) has no path.

@@ -45,13 +45,13 @@
 //! inputs and not on the scheduler, and can be replayed bit for bit. The result of the safety chain
 //! can also be replayed, from the recorded states, the step's wrenches and the cuts of each tick.
 
+mod device_run;
 mod line;
 mod options;
 mod pace;
 mod punctuality;
 mod quiet;
 mod run_control;
-mod seat;
 mod statistics;
 mod time;
 mod turns;
@@ -65,7 +65,7 @@ use palpus::render::Limits;
 
 use crate::device::{DeviceState, HapticDevice};
 use crate::safety::{Cuts, Phase, SafetyOptions};
-use seat::Kept;
+use device_run::Kept;
 use statistics::Tally;
 use turns::Turns;
 

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use super::device_run::{DeviceRun, Kept, Turn};
 use super::pace::Pace;
-use super::seat::{Kept, Seat, Turn};
 use super::{LoopTime, RunControl, RunEnd, RunStatistics, ServoOptions, StepOutcome, TickObserver, quiet};
 use crate::device::{DeviceState, HapticDevice};
 use crate::safety::{ContactAccount, Cut, Cuts};
@@ -20,7 +20,7 @@ const COAST: f64 = 0.1;
 /// A run of the loop. All memory is allocated before the first tick.
 pub(super) struct Turns<'a, D: HapticDevice + ?Sized, T> {
     options: &'a ServoOptions,
-    seats: Vec<Seat<'a, D>>,
+    runs: Vec<DeviceRun<'a, D>>,
     /// Inputs of the step: the state of each device.
     states: Vec<DeviceState>,
     /// Results of the step for each device.
@@ -51,16 +51,16 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
     ) -> Self {
         let stands = devices.iter().all(|device| device.stands_unread());
         let shared = devices.len() > 1;
-        let seat = |(which, (device, kept)): (usize, (&'a mut &mut D, &'a mut Kept))| {
-            Seat::new(which, &mut **device, kept, options, time, shared)
+        let run = |(which, (device, kept)): (usize, (&'a mut &mut D, &'a mut Kept))| {
+            DeviceRun::new(which, &mut **device, kept, options, time, shared)
         };
-        let seats: Vec<Seat<'a, D>> = devices.iter_mut().zip(kept).enumerate().map(seat).collect();
-        let count = seats.len();
+        let runs: Vec<DeviceRun<'a, D>> = devices.iter_mut().zip(kept).enumerate().map(run).collect();
+        let count = runs.len();
         let period = 1.0 / options.rate_hz;
         Self {
             options,
-            contact: ContactAccount::new(seats.iter().filter_map(Seat::limits)),
-            seats,
+            contact: ContactAccount::new(runs.iter().filter_map(DeviceRun::limits)),
+            runs,
             states: vec![DeviceState::UNKNOWN; count],
             answers: (0..count).map(|_| None).collect(),
             works: vec![[0.0; 2]; count],
@@ -79,7 +79,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         if !self.stands || !self.control.is_paused() {
             return;
         }
-        self.seats.iter_mut().filter_map(Seat::line).for_each(|line| line.stand());
+        self.runs.iter_mut().filter_map(DeviceRun::line).for_each(|line| line.stand());
         let since = self.time.now();
         while !(self.control.take_step() || self.control.is_ended() || stop.load(Ordering::Relaxed)) {
             self.time.wait_until(self.time.now() + LOOK, Duration::ZERO);
@@ -94,7 +94,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
             return false;
         }
         let waits = !(self.stands && self.control.is_paused());
-        let lasts = waits && self.seats.iter_mut().any(|seat| seat.lasts(self.ending));
+        let lasts = waits && self.runs.iter_mut().any(|run| run.lasts(self.ending));
         if lasts {
             self.ending += self.period;
         }
@@ -108,16 +108,16 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         O: TickObserver<T> + ?Sized,
     {
         let start = self.pace.wait(self.time);
-        for (seat, state) in self.seats.iter_mut().zip(&mut self.states) {
-            seat.read(&start, state);
+        for (run, state) in self.runs.iter_mut().zip(&mut self.states) {
+            run.read(&start, state);
         }
         self.check_ends()?;
-        self.seats.iter_mut().for_each(Seat::leave);
-        if !self.seats.iter().any(Seat::is_seen) {
+        self.runs.iter_mut().for_each(DeviceRun::leave);
+        if !self.runs.iter().any(DeviceRun::is_seen) {
             return ControlFlow::Continue(());
         }
         let keys = self.control.take_keys();
-        for (_, state) in self.seats.iter().zip(&mut self.states).filter(|(seat, _)| seat.is_due()) {
+        for (_, state) in self.runs.iter().zip(&mut self.states).filter(|(run, _)| run.is_due()) {
             *state = state.with_keys(keys);
         }
         let (panic, step_s) = self.step(step);
@@ -127,11 +127,11 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         found.note(Cut::Ending, self.control.is_ended());
         self.pass_on();
         let turn = Turn { start, index: self.index, period: self.period, step_s, found, panicked: panic.is_some() };
-        for ((seat, state), answer) in self.seats.iter_mut().zip(&mut self.states).zip(&self.answers) {
-            seat.answer(&turn, state, answer.as_ref(), || self.pace.is_overrun(self.time));
+        for ((run, state), answer) in self.runs.iter_mut().zip(&mut self.states).zip(&self.answers) {
+            run.answer(&turn, state, answer.as_ref(), || self.pace.is_overrun(self.time));
         }
         self.index += 1;
-        for (tick, answer) in self.seats.iter().map(Seat::tick).zip(&self.answers) {
+        for (tick, answer) in self.runs.iter().map(DeviceRun::tick).zip(&self.answers) {
             match (tick, answer) {
                 (Some(tick), Some(answer)) => observer.observe(tick, &answer.detail),
                 (Some(tick), None) => observer.unanswered(tick),
@@ -140,9 +140,9 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         }
         if let Some(panic) = panic {
             let message = quiet::message(panic.as_ref());
-            self.seats.iter_mut().for_each(|seat| seat.panicked(message.clone()));
+            self.runs.iter_mut().for_each(|run| run.panicked(message.clone()));
         }
-        let stopped = self.seats.iter_mut().fold(None, |first, seat| first.or(seat.stopped(turn.panicked)));
+        let stopped = self.runs.iter_mut().fold(None, |first, run| first.or(run.stopped(turn.panicked)));
         self.check_ends()?;
         stopped.map_or(ControlFlow::Continue(()), ControlFlow::Break)
     }
@@ -169,21 +169,21 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
             *work = answer.as_ref().map_or([0.0; 2], |answer| answer.from_others);
         }
         self.contact.pass(&mut self.works);
-        for ((seat, from_others), answer) in self.seats.iter_mut().zip(&self.works).zip(&self.answers) {
-            seat.receive(*from_others, answer.as_ref().map_or([0.0; 2], |answer| answer.received));
+        for ((run, from_others), answer) in self.runs.iter_mut().zip(&self.works).zip(&self.answers) {
+            run.receive(*from_others, answer.as_ref().map_or([0.0; 2], |answer| answer.received));
         }
     }
 
     /// Breaks if all devices have ended, or if one device's end must end the run.
     fn check_ends(&self) -> ControlFlow<RunEnd> {
-        let of_run = self.seats.iter().find_map(Seat::last_word);
-        let all = || self.seats.iter().try_fold(None, |_, seat| seat.end().map(Some)).flatten();
+        let of_run = self.runs.iter().find_map(DeviceRun::last_word);
+        let all = || self.runs.iter().try_fold(None, |_, run| run.end().map(Some)).flatten();
         of_run.or_else(all).map_or(ControlFlow::Continue(()), |end| ControlFlow::Break(end.clone()))
     }
 
     /// Reduces all wrenches within the slew limit, until the next wrenches may be zero.
     pub(super) fn let_go(&mut self) {
-        while self.seats.iter_mut().map(Seat::release).filter(|held| *held).count() > 0 {
+        while self.runs.iter_mut().map(DeviceRun::release).filter(|held| *held).count() > 0 {
             self.pace.wait(self.time);
         }
     }
@@ -199,7 +199,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
                 return;
             }
             let mut damped = false;
-            for tick in self.seats.iter_mut().filter_map(|seat| seat.damp(&start, self.index)) {
+            for tick in self.runs.iter_mut().filter_map(|run| run.damp(&start, self.index)) {
                 damped = true;
                 observer.unanswered(&tick);
             }
@@ -213,6 +213,6 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
     /// Writes the last wrenches, which are zero, and returns the statistics of each device.
     pub(super) fn finish(self, end: &RunEnd) -> Vec<RunStatistics> {
         let elapsed = self.pace.elapsed(self.time);
-        self.seats.into_iter().map(|seat| seat.finish(end, self.options, elapsed)).collect()
+        self.runs.into_iter().map(|run| run.finish(end, self.options, elapsed)).collect()
     }
 }

@@ -25,7 +25,7 @@ impl SceneCoupling {
             damping: self.damping.unwrap_or(tuned.damping),
             angular_stiffness: self.angular_stiffness.unwrap_or(tuned.angular_stiffness),
             angular_damping: self.angular_damping.unwrap_or(tuned.angular_damping),
-            skin: self.skin.unwrap_or(tuned.skin).min(settings.contact_tolerance),
+            contact_offset: self.contact_offset.unwrap_or(tuned.contact_offset).min(settings.contact_tolerance),
             mass: self.mass.unwrap_or(tuned.mass),
         });
         let of_device = VirtualCoupling::contact_stiffness(&limits, settings.contact_tolerance);

@@ -19,7 +19,7 @@
 //! orientation = [0, 0, 0, 1]
 //!
 //! [contact]
-//! tolerance = 1.0           # default 1 mm; when coupled, it determines the contact offset
+//! tolerance = 1.0           # default at most 1 mm; when coupled, it determines the contact offset
 //! cluster_radius = 4.0      # default 4 mm; for linkage and for the range of friction
 //! clustering = "smooth"     # continuous forces; or "linkage", the paper's method
 //! split_angle = 130         # degrees, or false for no splitting; for linkage
@@ -40,7 +40,7 @@
 //! damping = 2               # N·s/m
 //! angular_stiffness = 2     # N·m/rad
 //! angular_damping = 0.005   # N·m·s/rad
-//! skin = 0.1                # contact offset: largest separation with a force
+//! contact_offset = 0.1      # largest separation with a force
 //! mass = 0                  # kg, of the probe; 0: the probe is in force equilibrium
 //!
 //! [device]
@@ -239,7 +239,8 @@ pub struct SceneCoupling {
     /// Angular damping (N·m·s/rad).
     pub angular_damping: Option<f64>,
     /// Contact offset: the largest separation at which a contact produces a force (m).
-    pub skin: Option<f64>,
+    #[serde(alias = "skin")]
+    pub contact_offset: Option<f64>,
     /// Mass of the tool (kg); 0 for a tool without mass.
     pub mass: Option<f64>,
     /// Contact stiffness (N/m); [`SceneFile::render`] contains this value or the default.

@@ -334,20 +334,25 @@ struct Usual {
     saturation: Saturation,
 }
 
+/// Former name of the key `contact_offset`, which scenes and recordings may still have.
+const OLD_OFFSET: &str = "skin";
+
 /// Reads the table `coupling`; missing values are taken from `usual`.
 fn read_coupling(top: &Section<'_>, unit: f64, usual: &SceneCoupling) -> Result<SceneCoupling, SceneError> {
-    let keys = ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "skin", "mass"];
+    let keys = ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "contact_offset", OLD_OFFSET, "mass"];
     let coupling = top.section("coupling", &keys)?;
     let positive = |key, unit: &str| coupling.number(key, &format!("greater than 0 {unit}"), |x| x > 0.0);
     let not_negative = |key, unit: &str| coupling.number(key, &format!("0 or greater {unit}"), |x| x >= 0.0);
     let modes = [("coupled", CouplingMode::Coupled), ("direct", CouplingMode::Direct)];
+    let length = |key| coupling.number(key, "greater than 0", |x| x > 0.0);
+    let offset = length("contact_offset")?.or(length(OLD_OFFSET)?);
     Ok(SceneCoupling {
         mode: coupling.choice("mode", &modes)?.unwrap_or(usual.mode),
         stiffness: positive("stiffness", "N/m")?.or(usual.stiffness),
         damping: not_negative("damping", "N·s/m")?.or(usual.damping),
         angular_stiffness: positive("angular_stiffness", "N·m/rad")?.or(usual.angular_stiffness),
         angular_damping: not_negative("angular_damping", "N·m·s/rad")?.or(usual.angular_damping),
-        skin: coupling.number("skin", "greater than 0", |x| x > 0.0)?.map(|skin| skin * unit).or(usual.skin),
+        contact_offset: offset.map(|offset| offset * unit).or(usual.contact_offset),
         mass: not_negative("mass", "kg")?.or(usual.mass),
         ..*usual
     })

@@ -49,7 +49,7 @@ pub fn settings() -> Settings {
             damping: 0.0,
             angular_stiffness: 0.1,
             angular_damping: 1e-9,
-            skin: 1e-5,
+            contact_offset: 1e-5,
             mass: 0.0,
         }),
     }

@@ -13,7 +13,7 @@ pub const HELD_BINS: usize = 10;
 pub const RATIO_ENDS: [f64; 8] = [0.5, 0.8, 0.9, 0.98, 1.02, 1.1, 1.25, f64::INFINITY];
 
 /// Largest depth that counts as correct, as a multiple of the true distance.
-pub const HONEST: f64 = 1.25;
+pub const CORRECT_RATIO: f64 = 1.25;
 
 /// Results of pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ impl PopThrough {
 
 /// Results of points inside the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Honesty {
+pub struct DepthErrors {
     /// Number of points.
     pub samples: usize,
     /// Fraction of the points without contact.
@@ -58,7 +58,7 @@ pub struct Honesty {
     /// Median and ninth decile of the angle between the contact's normal and the direction to the
     /// nearest surface, rad.
     pub turn: [f64; 2],
-    /// Fraction of the points with a depth of more than [`HONEST`] times the true distance.
+    /// Fraction of the points with a depth of more than [`CORRECT_RATIO`] times the true distance.
     pub beyond: f64,
     /// The largest depth, as a multiple of the true distance.
     pub worst: f64,
@@ -67,7 +67,7 @@ pub struct Honesty {
     pub ratio_in: [usize; RATIO_ENDS.len() + 1],
 }
 
-impl Honesty {
+impl DepthErrors {
     /// Counts points.
     pub fn of(judged: &[Judged]) -> Self {
         let ratio = |one: &Judged| one.depth / one.distance;
@@ -81,7 +81,7 @@ impl Honesty {
             unseen: share(judged, |one| one.depth <= 0.0),
             error: deciles(judged.iter().map(Judged::error).collect()),
             turn: deciles(judged.iter().map(|one| one.turn).collect()),
-            beyond: share(judged, |one| ratio(one) > HONEST),
+            beyond: share(judged, |one| ratio(one) > CORRECT_RATIO),
             worst: judged.iter().map(ratio).fold(0.0, f64::max),
             ratio_in,
         }

@@ -4,8 +4,8 @@
 //! * *Pop-through*: a small probe is pushed in at random points of the surface, along the inward
 //!   normal, to 45 % of the way to the opposite wall. Contact must persist, and its depth must not
 //!   decrease while the true depth increases.
-//! * *Honesty*: a small probe is placed at random points inside the body. Depth and direction of
-//!   the deepest contact are compared with the nearest point of the surface.
+//! * *Depth errors*: a small probe is placed at random points inside the body. Depth and direction
+//!   of the deepest contact are compared with the nearest point of the surface.
 //!
 //! Both sweeps use the pair query of the servo path and take its deepest contact, like eq. 5 of
 //! \[K02\]. The probe is an octahedron with a random rotation, much smaller than the body. Its
@@ -21,7 +21,7 @@ use palpus::algebra::{Pose, Random};
 use palpus::body::Body;
 use palpus::detect::Contact;
 
-pub use figures::{HELD_BINS, HONEST, Honesty, PopThrough, RATIO_ENDS};
+pub use figures::{CORRECT_RATIO, DepthErrors, HELD_BINS, PopThrough, RATIO_ENDS};
 use probes::Probes;
 
 /// Fraction of the way to the opposite wall to which probes are pushed.
@@ -130,7 +130,7 @@ fn push(body: &Arc<Body>, probes: &mut Probes, point: DVec3, inward: DVec3, thic
 }
 
 /// Places a small probe at `samples` points inside a closed body.
-pub fn honesty(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Judged> {
+pub fn depth_errors(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Judged> {
     let mut random = Random::new(seed);
     let mut probes = Probes::new(body, &mut random);
     let mut judged = Vec::with_capacity(samples);

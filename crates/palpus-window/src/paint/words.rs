@@ -74,7 +74,7 @@ fn legend(scene: &Scene, moment: &Moment, style: &Style, colours: &Colours) -> V
         ),
         (force, colours.force, "force at the grip"),
         (torque, colours.torque, "torque"),
-        (style.wrench && scene.is_grip_apart(), colours.ink, "grip in the hand"),
+        (style.wrench && scene.is_grip_apart(), colours.grip, "grip in the hand"),
         (anchors(false), colours.anchor, "friction holds"),
         (anchors(true), colours.sliding, "friction slides"),
     ];

@@ -4,10 +4,10 @@
 use eframe::egui::{Align2, FontId, Rect, Stroke, Ui, pos2, vec2};
 use palpus::render::Settings;
 
-use super::dress::thin;
 use super::history::History;
 use super::overlay::Notices;
 use super::run::Run;
+use super::theme::thin;
 use super::view3d::colour;
 use crate::scene::Scene;
 use crate::style::Style;

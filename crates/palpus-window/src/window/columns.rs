@@ -5,8 +5,8 @@
 pub(super) type Column = Option<[f64; 2]>;
 
 /// Puts `values`, each with a position from 0 (left) to 1 (right) in ascending order, into `width`
-/// columns. Columns without a value repeat the previous column. Values that are not numbers are
-/// left out.
+/// columns. A column also contains the last value before it, so that the curve has no gaps. Columns
+/// without a value repeat the previous value. Values that are not numbers are left out.
 pub(super) fn columns(values: impl Iterator<Item = (f64, f64)>, width: usize) -> Vec<Column> {
     let mut columns: Vec<Column> = vec![None; width];
     let values = values.filter(|(place, value)| value.is_finite() && *place >= 0.0);
@@ -17,7 +17,8 @@ pub(super) fn columns(values: impl Iterator<Item = (f64, f64)>, width: usize) ->
             columns[(before + 1).min(column)..column].fill(Some([held; 2]));
         }
         if let Some(slot) = columns.get_mut(column) {
-            let range = slot.get_or_insert([value; 2]);
+            let before = last.map_or(value, |(_, before)| before);
+            let range = slot.get_or_insert([before; 2]);
             *range = [range[0].min(value), range[1].max(value)];
         }
         last = Some((column, value));
@@ -49,6 +50,6 @@ mod tests {
         let found = columns([(0.25, 1.0), (0.5, f64::NAN), (0.8, 3.0)].into_iter(), 10);
         assert_eq!(&found[..2], [None, None]);
         assert!(found[2..8].iter().all(|column| *column == Some([1.0; 2])), "{found:?}");
-        assert_eq!(&found[8..], [Some([3.0; 2]), None]);
+        assert_eq!(&found[8..], [Some([1.0, 3.0]), None]);
     }
 }

@@ -53,7 +53,7 @@ struct HeldSolid {
 }
 
 /// All objects of the graphics library for a scene.
-pub(crate) struct Artist {
+pub(crate) struct GlScene {
     program: glow::Program,
     uniforms: Uniforms,
     solids: Vec<HeldSolid>,
@@ -78,7 +78,7 @@ struct Uniforms {
     part: Option<glow::UniformLocation>,
 }
 
-impl Artist {
+impl GlScene {
     /// Compiles the shaders and uploads the solids.
     ///
     /// # Errors

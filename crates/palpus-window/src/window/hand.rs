@@ -21,9 +21,9 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus_device::Guide;
 
-use super::dress::thin;
 use super::pick::probe_at;
 use super::run::{Cap, Run};
+use super::theme::thin;
 use super::view3d::{Area, View3d, colour};
 use crate::picture::Rgb;
 use crate::scene::Scene;

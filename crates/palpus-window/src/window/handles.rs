@@ -9,8 +9,8 @@
 use eframe::egui::{self, Align2, Color32, FontId, PointerButton, Pos2, Stroke, Vec2};
 use glam::{DQuat, DVec3};
 
-use super::dress::thin;
 use super::hand::Motion;
+use super::theme::thin;
 use super::view3d::{Area, View3d, colour};
 use crate::style::Style;
 

@@ -10,7 +10,6 @@ use palpus_device::Newest;
 
 use super::bar::{self, Bar};
 use super::beside::{self, Beside};
-use super::dress::dress;
 use super::feel::Feel;
 use super::hand::Hand;
 use super::handles::{Dragged, Handles, Moves};
@@ -23,6 +22,7 @@ use super::run::{Loading, Run};
 use super::run_keys::{self, Action};
 use super::scale::Scale;
 use super::status::Status;
+use super::theme::apply_theme;
 use super::view3d::View3d;
 use crate::moment::Moment;
 use crate::scene::Scene;
@@ -86,7 +86,7 @@ impl<'a> Interface<'a> {
     ) -> Result<Self, String> {
         let style = Style { theme: Theme::Dark, ..Style::default() };
         let view = View3d::new(creation, &scene, &style)?;
-        dress(&creation.egui_ctx, style.theme);
+        apply_theme(&creation.egui_ctx, style.theme);
         let notices = Notices::default();
         notices.tell("? shows all keys");
         Ok(Self {

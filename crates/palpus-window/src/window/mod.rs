@@ -14,14 +14,13 @@
 //! reason.
 
 mod backdrop;
+mod background;
 mod bar;
-mod behind;
 mod beside;
 mod canvas;
 mod chart;
 mod columns;
 mod compass;
-mod dress;
 mod feel;
 mod floor;
 mod gl;
@@ -47,6 +46,7 @@ mod shot;
 mod slot;
 mod spectrum;
 mod status;
+mod theme;
 mod view3d;
 mod viewer;
 

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui::{self, Button, Context, Id, Label, Modal, RichText, ScrollArea, Ui};
 
-use super::dress::small;
 use super::run::{MeshFile, Run, Wanted};
 use super::slot::{Content, Slot};
+use super::theme::small;
 
 /// Lengths, points.
 const WIDTH: f32 = 740.0;

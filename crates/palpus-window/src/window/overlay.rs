@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use eframe::egui::{self, Align2, FontId, ProgressBar, Rect, RichText, Stroke, Ui, UiBuilder, pos2, vec2};
 use glam::DVec3;
 
-use super::dress::thin;
 use super::run::{Loading, Run};
 use super::run_keys::Action;
+use super::theme::thin;
 use super::view3d::{Area, View3d, colour};
 use crate::picture::Rgb;
 use crate::scene::Scene;
@@ -121,7 +121,7 @@ fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
         lines.extend([(colours.force, "force on the hand"), (colours.torque, "torque on the hand")]);
     }
     if style.wrench && scene.is_grip_apart() {
-        lines.push((colours.ink, "grip in the hand"));
+        lines.push((colours.grip, "grip in the hand"));
     }
     if style.anchors && scene.moment.as_ref().is_some_and(|moment| !moment.anchors.is_empty()) {
         lines.extend([(colours.anchor, "friction holds"), (colours.sliding, "friction slides")]);

@@ -10,9 +10,9 @@ use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui,
 
 use super::chart::{Chart, Kind, Series, charts};
 use super::columns::{Column, columns, extent};
-use super::dress::{large_font, thin};
 use super::history::{History, Interval, SPAN, State};
 use super::spectrum::{LENGTH, amplitudes};
+use super::theme::{large_font, thin};
 use super::view3d::colour;
 use crate::style::{Colours, Theme};
 
@@ -162,7 +162,8 @@ impl Seen<'_> {
                 painter.vline(x, field.y_range(), stroke);
                 if field.width() / (half_rate / MARK_HZ) as f32 > 3.5 * SCALE {
                     let words = format!("{mark:.0} Hz");
-                    painter.text(pos2(x + 2.0, field.top()), Align2::LEFT_TOP, words, font.clone(), stroke.color);
+                    let faint = colour(self.colours.faint);
+                    painter.text(pos2(x + 2.0, field.top()), Align2::LEFT_TOP, words, font.clone(), faint);
                 }
                 mark += MARK_HZ;
             }

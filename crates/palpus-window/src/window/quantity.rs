@@ -76,7 +76,7 @@ impl Fitting {
         let mut switched = Settings { coupling: other.coupling, ..*now };
         set_stiffness(&mut switched, other.stiffness);
         if let Some(coupling) = &mut switched.coupling {
-            coupling.skin = coupling.skin.min(switched.contact_tolerance);
+            coupling.contact_offset = coupling.contact_offset.min(switched.contact_tolerance);
         }
         Some(switched)
     }
@@ -245,7 +245,7 @@ fn set_stiffness(settings: &mut Settings, stiffness: f64) {
 fn set_tolerance(settings: &mut Settings, tolerance: f64) {
     let times = tolerance / settings.contact_tolerance;
     if let Some(coupling) = &mut settings.coupling {
-        coupling.skin = (coupling.skin * times).min(tolerance);
+        coupling.contact_offset = (coupling.contact_offset * times).min(tolerance);
         set_stiffness(settings, settings.stiffness / times);
     }
     settings.contact_tolerance = tolerance;
@@ -263,7 +263,7 @@ mod tests {
             damping: 3.0,
             angular_stiffness: 0.9,
             angular_damping: 3e-3,
-            skin: 1e-4,
+            contact_offset: 1e-4,
             mass: 0.01,
         };
         Settings {

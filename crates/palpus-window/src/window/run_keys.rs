@@ -77,8 +77,8 @@ const fn held(group: Group, key: Key, action: Action, name: &'static str, words:
 const SHORTCUTS: [Shortcut; 34] = [
     once(Group::Run, Key::Space, Action::Pause, "Space", "pause, go on"),
     held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while paused"),
-    once(Group::Run, Key::E, Action::Record, "E", "begin and end a recording"),
-    once(Group::Run, Key::Backspace, Action::Restart, "Back", "begin the scene anew"),
+    once(Group::Run, Key::E, Action::Record, "E", "start or end a recording"),
+    once(Group::Run, Key::Backspace, Action::Restart, "Back", "start the scene again"),
     once(Group::Run, Key::J, Action::Jump, "J", "jump: restart where the hand holds it"),
     once(Group::Run, Key::F4, Action::LeadOut, "F4", "lead the probe out of the part"),
     once(Group::Run, Key::O, Action::Open, "O", "open meshes or a scene"),
@@ -95,15 +95,15 @@ const SHORTCUTS: [Shortcut; 34] = [
     once(Group::Settings, Key::K, Action::Clustering, "K", "smooth or linkage clusters"),
     once(Group::Settings, Key::X, Action::Shading, "X", "force shading"),
     once(Group::Settings, Key::I, Action::Friction, "I", "friction"),
-    held(Group::Settings, Key::OpenBracket, Action::EarlierSetting, "[", "the setting above"),
-    held(Group::Settings, Key::CloseBracket, Action::LaterSetting, "]", "the setting below"),
-    held(Group::Settings, Key::Minus, Action::Less, "−", "less of it"),
-    held(Group::Settings, Key::Plus, Action::More, "+", "more of it"),
+    held(Group::Settings, Key::OpenBracket, Action::EarlierSetting, "[", "select the setting above"),
+    held(Group::Settings, Key::CloseBracket, Action::LaterSetting, "]", "select the setting below"),
+    held(Group::Settings, Key::Minus, Action::Less, "−", "decrease the setting"),
+    held(Group::Settings, Key::Plus, Action::More, "+", "increase the setting"),
     held(Group::Settings, Key::Equals, Action::More, "=", ""),
     once(Group::View, Key::Home, Action::Scene(SceneAction::Everything), "Home", ""),
     once(Group::View, Key::Q, Action::PlotKind, "Q", "plots: size, axes, spectrum"),
     once(Group::View, Key::F3, Action::Handles, "F3", "handles: probe, grip, none"),
-    once(Group::View, Key::M, Action::Side, "M", "state and settings at the right"),
+    once(Group::View, Key::M, Action::Side, "M", "show or hide the right panel"),
     once(Group::View, Key::C, Action::Contacts, "C", "contacts"),
     once(Group::View, Key::A, Action::Clusters, "A", "the force of each cluster"),
     once(Group::View, Key::F, Action::Wrench, "F", "force and torque on the hand"),
@@ -116,7 +116,7 @@ pub(super) const HOLD: Key = Key::G;
 
 /// Actions of the mouse and of held keys.
 const MOUSE: [(&str, &str); 14] = [
-    ("G, held", "force: after faults, or as a button"),
+    ("G, held", "allows force, as a device's button does"),
     ("drag the probe", "moves it, by a spring"),
     ("right drag, Shift drag", "turns it; with Ctrl, rolls it"),
     ("wheel while dragging", "nearer, farther"),
@@ -125,10 +125,10 @@ const MOUSE: [(&str, &str); 14] = [
     ("Ctrl with these", "turn it"),
     ("Shift with these", "slowly"),
     ("Alt with these", "turns the view, comes nearer"),
-    ("drag beside it", "turns the view"),
+    ("drag the background", "turns the view"),
     ("right, middle, Shift drag", "moves the view"),
     ("wheel", "nearer, farther"),
-    ("Tab, Enter", "from control to control; press it"),
+    ("Tab, Enter", "next control; press it"),
     ("Ctrl + and Ctrl −", "everything larger, smaller"),
 ];
 

@@ -82,6 +82,9 @@ impl Status {
     }
 }
 
+/// Space above the first line of a panel at the side, points.
+pub(super) const TOP: f32 = 6.0;
+
 /// Replaces a picture that egui shows.
 pub(super) fn show_picture(context: &egui::Context, slot: &mut Option<TextureHandle>, picture: &Picture) {
     let image = egui::ColorImage::from_rgb([picture.width(), picture.height()], picture.bytes());

@@ -9,8 +9,8 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use eframe::egui::{Key, RichText, TextEdit, Ui};
 use glam::DVec3;
 
-use super::dress::small;
 use super::run::{FileKind, MeshFile, Run};
+use super::theme::small;
 
 /// Likely sizes of probe and environment, m.
 const LIKELY: [f64; 2] = [4e-3, 1.2];

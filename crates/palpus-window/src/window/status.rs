@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use eframe::egui::{self, Color32, Grid, RichText, Ui};
 use palpus_device::{Cut, Phase};
 
-use super::dress::{large, small};
 use super::run::{Numbers, Run};
+use super::theme::{large, small};
 use super::view3d::colour;
 use crate::picture::Rgb;
 use crate::style::Theme;

@@ -22,10 +22,11 @@ use eframe::glow;
 use glam::DVec3;
 
 use super::backdrop::Backdrop;
-use super::dress::dress;
-use super::gl::Artist;
+use super::gl::GlScene;
+use super::keys::SceneAction;
 use super::pace::Pace;
 use super::run::Painted;
+use super::theme::apply_theme;
 use crate::camera::{Camera, View};
 use crate::ground::Ground;
 use crate::picture::Rgb;
@@ -55,14 +56,14 @@ pub(super) struct View3d {
     ground: Option<Ground>,
     /// Simplified bodies for their shadow.
     shadowed: Vec<Arc<Solid>>,
-    easel: Arc<Mutex<Easel>>,
+    paint: Arc<Mutex<PaintState>>,
     pace: Pace,
 }
 
 /// State that only the painting thread uses, while the graphics context is current.
-struct Easel {
+struct PaintState {
     backdrop: Backdrop,
-    artist: Artist,
+    gl_scene: GlScene,
     piece_lightness: f64,
     wanted: Option<Vec<Arc<Solid>>>,
     trouble: Option<String>,
@@ -107,7 +108,7 @@ impl View3d {
         let gl = creation.gl.as_ref().ok_or("there is no OpenGL here")?;
         let piece_lightness = style.theme.colours().piece_lightness;
         let solids: Vec<Arc<Solid>> = scene.bodies.iter().map(|body| Arc::clone(&body.solid)).collect();
-        let artist = Artist::new(gl, &solids, piece_lightness)?;
+        let gl_scene = GlScene::new(gl, &solids, piece_lightness)?;
         Ok(Self {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
@@ -116,10 +117,10 @@ impl View3d {
             corners: Vec::new(),
             ground: None,
             shadowed: shadowed(scene),
-            pace: Pace::new(artist.by_processor),
-            easel: Arc::new(Mutex::new(Easel {
-                backdrop: Backdrop::new(gl, artist.by_processor)?,
-                artist,
+            pace: Pace::new(gl_scene.by_processor),
+            paint: Arc::new(Mutex::new(PaintState {
+                backdrop: Backdrop::new(gl, gl_scene.by_processor)?,
+                gl_scene,
                 piece_lightness,
                 wanted: None,
                 trouble: None,
@@ -174,10 +175,23 @@ impl View3d {
         }
     }
 
+    /// Carries out an action of every window on the view, its scene and its style. The window
+    /// itself saves pictures and shows the list of keys.
+    pub(super) fn act(&mut self, context: &egui::Context, action: SceneAction, scene: &mut Scene, style: &mut Style) {
+        match action {
+            SceneAction::Look(view) => self.look(view),
+            SceneAction::Everything => self.see_everything(),
+            SceneAction::Pieces => scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
+            SceneAction::Wires => scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
+            SceneAction::Theme => self.turn_theme(context, scene, style),
+            SceneAction::Picture | SceneAction::Keys => {}
+        }
+    }
+
     /// Changes to the other theme, with new colours for all bodies.
     pub(super) fn turn_theme(&mut self, context: &egui::Context, scene: &mut Scene, style: &mut Style) {
         style.theme = style.theme.other();
-        dress(context, style.theme);
+        apply_theme(context, style.theme);
         for body in &mut scene.bodies {
             body.colour = body.part.colour(style.theme);
         }
@@ -187,35 +201,35 @@ impl View3d {
     /// Replaces the bodies, or their colours; the camera stays in place.
     pub(super) fn replace(&mut self, scene: &Scene, style: &Style) {
         self.shadowed = shadowed(scene);
-        if let Ok(mut easel) = self.easel.lock() {
-            easel.piece_lightness = style.theme.colours().piece_lightness;
-            easel.wanted = Some(scene.bodies.iter().map(|body| Arc::clone(&body.solid)).collect());
+        if let Ok(mut paint) = self.paint.lock() {
+            paint.piece_lightness = style.theme.colours().piece_lightness;
+            paint.wanted = Some(scene.bodies.iter().map(|body| Arc::clone(&body.solid)).collect());
         }
     }
 
     /// Returns once the reason why bodies cannot be drawn.
     pub(super) fn trouble(&mut self) -> Option<String> {
-        self.easel.lock().ok()?.trouble.take()
+        self.paint.lock().ok()?.trouble.take()
     }
 
     /// Returns the statistics of drawing so far.
     pub(super) fn painted(&self) -> Painted {
-        let Ok(easel) = self.easel.lock() else { return Painted::default() };
-        let seconds = easel.drawn.map_or(0.0, |[first, last]| (last - first).as_secs_f64());
+        let Ok(paint) = self.paint.lock() else { return Painted::default() };
+        let seconds = paint.drawn.map_or(0.0, |[first, last]| (last - first).as_secs_f64());
         Painted {
-            frames: easel.frames,
-            rate_hz: if seconds > 0.0 { (easel.frames - 1) as f64 / seconds } else { 0.0 },
-            renderer: easel.artist.renderer.clone(),
-            triangles: easel.artist.triangles(),
-            samples: easel.artist.samples() as u32,
+            frames: paint.frames,
+            rate_hz: if seconds > 0.0 { (paint.frames - 1) as f64 / seconds } else { 0.0 },
+            renderer: paint.gl_scene.renderer.clone(),
+            triangles: paint.gl_scene.triangles(),
+            samples: paint.gl_scene.samples() as u32,
         }
     }
 
     /// Releases the objects of the graphics library.
     pub(super) fn destroy(&self, gl: &glow::Context) {
-        if let Ok(easel) = self.easel.lock() {
-            easel.artist.destroy(gl);
-            easel.backdrop.destroy(gl);
+        if let Ok(paint) = self.paint.lock() {
+            paint.gl_scene.destroy(gl);
+            paint.backdrop.destroy(gl);
         }
     }
 

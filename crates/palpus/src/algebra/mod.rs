@@ -3,6 +3,7 @@
 
 mod clock;
 mod closest;
+mod directions;
 mod plane;
 mod pose;
 mod quantile;
@@ -19,6 +20,7 @@ pub use clock::{Clock, NoClock};
 pub use closest::{
     SegmentSegment, closest_on_segment, closest_on_triangle, closest_on_triangles, closest_segment_segment,
 };
+pub(crate) use directions::{Directions, LANES};
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
 pub use quantile::{quantile, quantile_of_sorted};

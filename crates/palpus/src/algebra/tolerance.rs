@@ -257,14 +257,14 @@ pub const WIDE_CUTS: usize = 100;
 ///
 /// The larger a patch is, the less often its neighbours can take all of it. Larger sizes were not
 /// tried.
-pub const HANDED_OUT: usize = 8;
+pub const DISSOLVED_FACETS: usize = 8;
 
 /// Corners of facets: if a patch has more corners, it is not tried as the receiver of a dissolved
 /// patch's facets.
 ///
 /// Each trial rebuilds a hull. A larger value only costs time: large patches grew early and have
 /// already refused these facets.
-pub const HEIR_CORNERS: usize = 300;
+pub const RECEIVER_CORNERS: usize = 300;
 
 /// Seed of the random numbers of the regrowth. With another seed, the number of pieces changes by
 /// one or two in two hundred.
@@ -309,36 +309,36 @@ pub const REGROWTH_KEPT_BACK: f64 = 0.3;
 /// With a larger value, pieces overlap more around the medial axis. With a smaller one, the
 /// roughness of the surface ends paths early, and each search for a nearer part of the surface is
 /// more expensive.
-pub const WAY_SLACK: f64 = 0.1;
+pub const INWARD_SLACK: f64 = 0.1;
 
 /// Smallest growth of the distance to the surface, per length, at which an inward path leaves a
 /// vertex. At the edge of a blade, this growth equals the sine of half the blade's angle.
 ///
 /// A larger value leaves the pieces along blades thin; with a smaller one, paths follow the
 /// rounding of needles' normals.
-pub const WAY_BEGINS: f64 = 0.05;
+pub const INWARD_FIRST_SLOPE: f64 = 0.05;
 
 /// Smallest growth of the distance, per length, along a later step of an inward path. Where the
 /// growth is smaller, the surrounding parts of the surface lie opposite each other.
-pub const WAY_SLOPE: f64 = 0.3;
+pub const INWARD_SLOPE: f64 = 0.3;
 
 /// Number of steps of an inward path: the first step leads to the medial axis, the second along it.
 ///
 /// With only one step, corners of flat faces with rounded rims reach no deeper than the rounded
 /// rim. On the armadillo, the force then vanishes in 5 % of the test pushes, instead of 1 %. A
 /// third step costs as much as the second and has no visible benefit.
-pub const WAY_STEPS: usize = 2;
+pub const INWARD_STEPS: usize = 2;
 
 /// Largest number of searches for a nearer part of the surface in one step of an inward path; about
 /// 4 are needed. A step that needs more searches is not taken.
-pub const WAY_LOOKS: u32 = 32;
+pub const INWARD_SEARCHES: u32 = 32;
 
 /// If a part of the surface limits the length of a step toward the medial axis, the step is
 /// shortened further by this share.
 ///
 /// With a larger value paths end short of the medial axis; a smaller one needs more searches for
 /// the nearest surface (at 0 twice as many).
-pub const WAY_CUT: f64 = 0.06;
+pub const INWARD_CUT: f64 = 0.06;
 
 /// Largest number of steps of the search for the point of a convex hull that is nearest to the
 /// origin. The hull of a few normals takes 1 to 10 steps.
@@ -351,10 +351,10 @@ pub const HULL_POINT_GAIN: f64 = 1e-9;
 /// Multiplied by the distance to the surface: how far below its patch an inner corner of a piece
 /// may lie.
 ///
-/// The value must be above 1/(1 − [`WAY_SLACK`]), because otherwise a patch would refuse its own
+/// The value must be above 1/(1 − [`INWARD_SLACK`]), because otherwise a patch would refuse its own
 /// inward paths. With a larger value, pieces extend farther below neighbouring patches, and report
 /// depths larger than the distance to the nearest surface.
-pub const THICK_HONEST: f64 = 1.2;
+pub const THICK_DEPTH: f64 = 1.2;
 
 /// Relative to its depth below the patch: an inner corner that is nearer than this to another inner
 /// corner is left out.
@@ -495,7 +495,7 @@ pub const PIECES_PER_PART: usize = 64;
 pub const SUBTREE_PIECES: usize = 512;
 
 /// Number of vertices whose inward paths form one part of the work. This value affects only speed.
-pub const WAYS_PER_PART: usize = 256;
+pub const INWARD_PATHS_PER_PART: usize = 256;
 
 /// Number of pieces whose admissible normals form one part of the work. A part takes some
 /// milliseconds. This value affects only speed.
@@ -618,14 +618,14 @@ pub const JUMP: f64 = 0.1;
 ///
 /// A sphere test costs a tenth of a march, and its bound is less tight. This value affects only
 /// speed.
-pub const SPHERE_NAP: f64 = 8.0;
+pub const SPHERE_WAIT: f64 = 8.0;
 
 /// Relative to the distance of a piece from the other body's origin: an upper bound of the rounding
 /// error of a point bound. The bound's normals and base point have single precision.
 pub const POINT_BOUND_ROUNDING: f64 = 4e-7;
 
-/// Ticks: like [`SPHERE_NAP`] for the box bound. This value affects only speed.
-pub const BOX_NAP: f64 = 4.0;
+/// Ticks: like [`SPHERE_WAIT`] for the box bound. This value affects only speed.
+pub const BOX_WAIT: f64 = 4.0;
 
 /// Share of the estimated speed (motion per tick) that is kept from tick to tick. This value
 /// affects only speed.
@@ -643,14 +643,14 @@ pub const MERGE_CLEARANCE: f64 = 1.0;
 ///
 /// A query can measure this number of pairs in a millisecond. A smaller value simplifies contacts
 /// although there is time to measure them. With a larger one, a query reaches its work limit first.
-pub const CROWD_FROM: f64 = 128.0;
+pub const REST_FROM: f64 = 128.0;
 
 /// If at least this number of pairs touch, each pair gives one contact and keeps it while it is
 /// valid.
 ///
-/// With a value nearer to [`CROWD_FROM`], one more touching pair would change the contacts
+/// With a value nearer to [`REST_FROM`], one more touching pair would change the contacts
 /// noticeably.
-pub const CROWD_ALL: f64 = 512.0;
+pub const REST_ALL: f64 = 512.0;
 
 /// Relative to the radius of the smaller piece of a pair: the largest motion over which the pair's
 /// result may be kept (its *rest*).
@@ -755,7 +755,7 @@ pub const MERGE_RETRY: f64 = 0.25;
 ///
 /// The results of marches from different starts differ by up to 1e-11 of the size. A larger value
 /// hides a wake time that is too late; a smaller one reports mere rounding.
-pub const OVERSLEPT: f64 = 1e-10;
+pub const LATE_WAKE: f64 = 1e-10;
 
 /// Number of places of the front that the front's validation checks in each query of a debug build.
 ///
@@ -1153,7 +1153,7 @@ pub const CONE_CUTS_PER_WAY_OUT: u64 = 12;
 /// candidates in its own directions.
 pub const CONE_FILTER: usize = 64;
 
-// detect: the contact query (search, belief)
+// detect: the contact query (search, confirm)
 
 /// A depth is rejected unless a witness point lies below the surface by at least this share of the
 /// depth.
@@ -1161,21 +1161,21 @@ pub const CONE_FILTER: usize = 64;
 /// If the surface bends, the nearest point of the surface is slightly nearer than the point along
 /// the contact's normal. A larger value drops true contacts on curved parts; a smaller one accepts
 /// depths that another surface contradicts.
-pub const BELIEVED_SHARE: f64 = 0.8;
+pub const CONFIRMED_SHARE: f64 = 0.8;
 
-/// Like [`BELIEVED_SHARE`] for a contact of two edges. A point beyond an edge is nearer to the
+/// Like [`CONFIRMED_SHARE`] for a contact of two edges. A point beyond an edge is nearer to the
 /// faces at the edge than to the edge.
 ///
 /// At right-angled edges the distance to a face is smaller by a factor √½. A larger value drops
 /// true contacts of sharp edges; a smaller one accepts depths that another surface contradicts.
-pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
+pub const CONFIRMED_EDGE_SHARE: f64 = 0.65;
 
 /// Radians: two overlapping pieces may have no shared surface normal. If the bodies must turn by at
 /// least this angle before they can have one, the pair is skipped until then.
 ///
 /// This value affects only speed: a smaller rotation takes only a few ticks, and the walk then
 /// starts again.
-pub const BARREN_LEAST: f64 = 0.004;
+pub const SKIPPED_TURN: f64 = 0.004;
 
 // detect: the guard against tunnelling (guard, sub_step)
 
@@ -1289,8 +1289,8 @@ pub const TILT_SAME: f64 = 1e-9;
 ///
 /// This limit bounds the time of the step after the query: 256 contacts take some 0.4 ms in all. If
 /// one contact replaces another, the force's point of application jumps by at most
-/// 2/[`CROWD_MOST`] of the contacts' extent. So a smaller value allows larger jumps.
-pub const CROWD_MOST: usize = 256;
+/// 2/[`SMOOTH_CONTACTS`] of the contacts' extent. So a smaller value allows larger jumps.
+pub const SMOOTH_CONTACTS: usize = 256;
 
 // force: friction (friction)
 
@@ -1307,7 +1307,7 @@ pub const FRICTION_HELD: f64 = 1e-9;
 ///
 /// Around a rounded edge, the normals of neighbours differ by tens of degrees; opposite walls of a
 /// slot must not exchange strains.
-pub const FRICTION_HEIR: f64 = 0.5;
+pub const FRICTION_SUCCESSOR: f64 = 0.5;
 
 /// Distance from the middle of a patch at which a corner's friction acts, as a share of the
 /// corner's own distance from the middle.
@@ -1413,7 +1413,7 @@ pub const TOOL_SINKS: f64 = 0.5;
 /// A larger value keeps a peg out of a hole whose clearance is smaller than the tolerance. A
 /// smaller one makes contacts stiffer than the accuracy of curved meshes justifies, and a fast tool
 /// then overlaps the object before it stops.
-pub const TOOL_SKIN: f64 = 0.1;
+pub const TOOL_OFFSET: f64 = 0.1;
 
 // render: the tool's step (tool, together, touches)
 

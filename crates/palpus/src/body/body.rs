@@ -7,8 +7,8 @@ use super::piece::deviation::Deviations;
 use super::piece::{Piece, build_piece};
 use super::precision::coordinate_step;
 use super::{
-    Aabb, Admissible, Cleaning, Feature, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh,
-    MeshError, OwnNormals, PolygonSoup, Polytope, TriangleTree, convex_hull,
+    Aabb, Admissible, AdmissibleNormals, Cleaning, Feature, HalfEdges, Health, Hierarchy, HierarchyError, HullError,
+    MassProperties, Mesh, MeshError, PolygonSoup, Polytope, TriangleTree, convex_hull,
 };
 use crate::algebra::tolerance::{COPLANAR, PIECES_PER_PART};
 use crate::algebra::{Alone, Workers, both, map_in_order};
@@ -219,15 +219,15 @@ impl Body {
 
     /// Returns the admissible normals of piece `k`.
     #[inline]
-    pub fn own_normals(&self, k: u32) -> OwnNormals<'_> {
+    pub fn admissible_normals(&self, k: u32) -> AdmissibleNormals<'_> {
         self.admissible.of(k, &self.polytopes[k as usize], &self.mesh)
     }
 
     /// Returns true if `point` on `feature` of piece `k` lies on the mesh and `outward` (unit) is
     /// an admissible normal at that point. Both vectors are in the body's frame; `point` is in
     /// metres.
-    pub fn owns(&self, k: u32, feature: Feature, point: DVec3, outward: DVec3) -> bool {
-        self.own_normals(k).holds(&self.pieces[k as usize], feature, point, outward)
+    pub fn admits(&self, k: u32, feature: Feature, point: DVec3, outward: DVec3) -> bool {
+        self.admissible_normals(k).holds(&self.pieces[k as usize], feature, point, outward)
     }
 
     /// Returns how far the pieces differ from the mesh.

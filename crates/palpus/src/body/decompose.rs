@@ -50,7 +50,7 @@ use std::collections::VecDeque;
 use growth::Growth;
 use touching::Neighbours;
 
-use crate::algebra::tolerance::{HANDED_OUT, HEIR_CORNERS};
+use crate::algebra::tolerance::{DISSOLVED_FACETS, RECEIVER_CORNERS};
 use facet::{Bend, Facets, NONE};
 use grow::{Grower, Verdict};
 use whole::convex_parts;
@@ -83,7 +83,7 @@ pub(crate) fn decompose(grower: &mut Grower<'_>, progress: &mut dyn FnMut(f64)) 
         done += grower.members().len();
         progress(GROWTH_SHARE * done as f64 / facets.len() as f64);
     }
-    for most in 1..=HANDED_OUT {
+    for most in 1..=DISSOLVED_FACETS {
         hand_out(grower, &mut partition, sides, most);
     }
     regrow::improve(grower, &mut growth, &mut partition, &mut |done| {
@@ -196,7 +196,7 @@ fn find_receiver(
     receivers.into_iter().find(|&receiver| {
         let patch = &partition.patches[receiver as usize];
         let corners: usize = patch.facets.iter().map(|&f| grower.facets().corners(f).len()).sum();
-        if corners > HEIR_CORNERS {
+        if corners > RECEIVER_CORNERS {
             return false;
         }
         grower.load(&patch.facets);

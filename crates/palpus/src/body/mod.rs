@@ -30,7 +30,7 @@ pub use mesh::triangle_tree::{RayHit, SurfacePoint, TriangleTree};
 pub use mesh::triangulate::{Cut, triangulate};
 pub use mesh::{Cleaning, Mesh, MeshError};
 pub use piece::Piece;
-pub use piece::admissible::{Admissible, Borrowed, Cap, OwnArc, OwnFace, OwnNormals};
+pub use piece::admissible::{Admissible, AdmissibleNormals, Borrowed, Cap, SurfaceArc, SurfaceFace};
 pub use polytope::feature::{Feature, FeaturePair};
 pub use polytope::validate::Malformed;
 pub use polytope::{

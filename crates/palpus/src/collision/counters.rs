@@ -25,7 +25,7 @@ pub struct TraversalCounters {
     /// Pairs of the front that were merged back.
     pub merged: u32,
     /// Pairs that were searched without cached data, because the front had no room to split them.
-    pub crowded: u32,
+    pub unsplit: u32,
     /// Pairs of the front that should have been measured, but were postponed to the next query
     /// because the work limit was reached.
     pub postponed: u32,
@@ -65,7 +65,7 @@ impl std::ops::AddAssign for TraversalCounters {
             woken,
             split,
             merged,
-            crowded,
+            unsplit,
             postponed,
             resting,
             bounded_by_point,
@@ -83,7 +83,7 @@ impl std::ops::AddAssign for TraversalCounters {
         self.woken += woken;
         self.split += split;
         self.merged += merged;
-        self.crowded += crowded;
+        self.unsplit += unsplit;
         self.postponed += postponed;
         self.resting += resting;
         self.bounded_by_point += bounded_by_point;

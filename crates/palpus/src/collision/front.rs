@@ -5,18 +5,18 @@
 //! them is split. Below some cut of this tree all pairs are too far apart. From one tick to the
 //! next the cut hardly moves, and most pairs on it need not be measured:
 //!
-//! 1. A pair on the cut whose distance D exceeds the tolerance t *sleeps*. It cannot come within
+//! 1. A pair on the cut whose distance D exceeds the tolerance t *waits*. It cannot come within
 //!    the tolerance before the bodies have moved D − t relative to each other. The [`MotionBound`]
 //!    sums up the motion, and the [`WakeBoard`] finds the pairs that are due.
 //! 2. A pair that is due is measured again: by spheres; by the gap along the normal that separated
-//!    it last; by boxes, if the bound so far allows only a short sleep; and by hulls, if the boxes
-//!    do too. If it is still apart, it sleeps again; otherwise it is split and its halves are
+//!    it last; by boxes, if the bound so far allows only a short wait; and by hulls, if the boxes
+//!    do too. If it is still apart, it waits again; otherwise it is split and its halves are
 //!    measured.
 //! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, starting from the
 //!    features at which its last march ended. If there are many such pairs, those whose last
 //!    results are still accurate enough are at rest (`rest`).
-//! 4. Halves that both sleep long are *merged*: the pair that was split into them is measured, and
-//!    if it is far enough apart, it sleeps in their place. Otherwise its distance decides after how
+//! 4. Halves that both wait long are *merged*: the pair that was split into them is measured, and
+//!    if it is far enough apart, it waits in their place. Otherwise its distance decides after how
 //!    much motion the merge is tried again.
 //!
 //! Steps 2 to 4 have a file each (`due`, `awake` and `rest`, `merge`).
@@ -119,7 +119,7 @@ pub struct Front {
     first_block: usize,
     /// True if there was no room for some pair since the front started: such a pair is due at any
     /// distance.
-    was_crowded: bool,
+    was_full: bool,
     /// Stack of the search below a pair of nodes.
     below: Vec<NodePair>,
     /// Nodes of the pair that was nearest last.
@@ -161,7 +161,7 @@ impl Front {
             represented: 0,
             is_mixed: false,
             first_block: 0,
-            was_crowded: false,
+            was_full: false,
             below: Vec::with_capacity(2 * depth),
             last_nearest: None,
         }
@@ -237,7 +237,7 @@ impl Front {
         let least = self.wakes.least(self.blocks());
         if least >= self.motion_bound.sum() {
             self.tolerance
-        } else if least == 0 || self.was_crowded {
+        } else if least == 0 || self.was_full {
             f64::NEG_INFINITY
         } else {
             self.tolerance - self.motion_bound.since(least)
@@ -278,18 +278,18 @@ impl Front {
 
     /// Stores that the two pieces share no normal, at any position, until the bodies have turned by
     /// `angle` (rad) more.
-    pub(crate) fn remember_barren(&mut self, pair: &LeafPair, angle: f64) {
+    pub(crate) fn remember_inadmissible(&mut self, pair: &LeafPair, angle: f64) {
         if let Some(place) = pair.place {
-            let barren_until = self.motion_bound.turned() + angle;
+            let inadmissible_until = self.motion_bound.turned() + angle;
             // No walk follows the pair meanwhile.
             let memory = &mut self.memories[place as usize];
-            *memory = WarmStart { barren_until, facet: None, ..*memory };
+            *memory = WarmStart { inadmissible_until, facet: None, ..*memory };
         }
     }
 
     /// Returns true if the pair is stored as having no shared normal, and that still holds.
-    pub(crate) fn is_barren(&self, pair: &LeafPair) -> bool {
-        pair.memory.is_some_and(|memory| memory.barren_until >= self.motion_bound.turned())
+    pub(crate) fn is_inadmissible(&self, pair: &LeafPair) -> bool {
+        pair.memory.is_some_and(|memory| memory.inadmissible_until >= self.motion_bound.turned())
     }
 
     /// Node pairs in the tree down to the cut.
@@ -323,7 +323,7 @@ impl Front {
         self.fresh = 2;
         (self.unvisited, self.late) = (0, 0);
         self.first_block = 0;
-        self.was_crowded = false;
+        self.was_full = false;
         (self.represented, self.is_mixed) = (0, false);
         self.occupy(0, [query.a.hierarchy.root(), query.b.hierarchy.root()], NONE);
         // A wake value of 0 is due at any sum above 0.
@@ -355,8 +355,8 @@ impl Front {
         (self.fresh as usize).div_ceil(BLOCK)
     }
 
-    fn sleep(&mut self, query: &PlacedPair<'_>, place: u32, distance: f64) {
-        self.pairs[place as usize].state = State::Asleep;
+    fn postpone(&mut self, query: &PlacedPair<'_>, place: u32, distance: f64) {
+        self.pairs[place as usize].state = State::Waiting;
         self.wakes.set(place, self.motion_bound.due(distance - query.tolerance));
     }
 

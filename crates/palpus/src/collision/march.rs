@@ -260,8 +260,8 @@ impl Field<'_> {
     /// along that normal. It tries the normals of faces that contain a point, and normals
     /// perpendicular to edges that contain a point.
     ///
-    /// If a vertex lies beyond the end of a parallel face or edge by rounding only, it tilts the
-    /// line between near points.
+    /// Rounding may put a vertex beyond the end of a parallel face or edge. Then the line between
+    /// the closest points is tilted.
     #[cold]
     fn straightened(&self, candidate: Candidate) -> Candidate {
         let Closest { point_a, point_b, features, .. } = candidate.closest;

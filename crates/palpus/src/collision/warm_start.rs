@@ -24,7 +24,7 @@ pub struct WarmStart {
     pub admissible: Option<FeaturePair>,
     /// Until the sum of relative rotations (rad) exceeds this value, the pieces share no normal.
     /// Minus infinity if unknown.
-    pub(crate) barren_until: f64,
+    pub(crate) inadmissible_until: f64,
 }
 
 impl WarmStart {
@@ -35,6 +35,6 @@ impl WarmStart {
         hub: [0; 2],
         facet: None,
         admissible: None,
-        barren_until: f64::NEG_INFINITY,
+        inadmissible_until: f64::NEG_INFINITY,
     };
 }

@@ -2,9 +2,9 @@
 //!
 //! A hull adds faces that are not part of the surface. A force along the normal of an added face
 //! would come from a surface that does not exist. A normal is *admissible* for a piece if the
-//! source mesh has this normal at the piece's patch ([`OwnNormals`]). An *admissible facet* of the
-//! CSO has a normal that is admissible for both pieces. The depth of a contact is the least h over
-//! the admissible facets:
+//! source mesh has this normal at the piece's patch ([`AdmissibleNormals`]). An *admissible facet*
+//! of the CSO has a normal that is admissible for both pieces. The depth of a contact is the least
+//! h over the admissible facets:
 //!
 //! * A face of b, or the end of an arc of b, against the vertex of body a that supports its normal.
 //!   The opposite normal must be admissible at this vertex. The same holds with a and b exchanged.
@@ -42,7 +42,7 @@ use super::witness::Clip;
 use super::{Antipodal, Depth, HubPair};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::OFFSET_SLACK;
-use crate::body::{Admissible, Cap, Feature, FeaturePair, OwnNormals};
+use crate::body::{Admissible, AdmissibleNormals, Cap, Feature, FeaturePair};
 use crate::collision::StopReason;
 use arcs::Arc;
 
@@ -87,8 +87,8 @@ impl AdmissibleScratch {
 /// admissible for both pieces. `walked` is the unconstrained depth of the pair. `last` has the
 /// features of the result at the previous, nearby pose.
 pub fn admissible_depth(
-    a: &OwnNormals<'_>,
-    b: &OwnNormals<'_>,
+    a: &AdmissibleNormals<'_>,
+    b: &AdmissibleNormals<'_>,
     pose_ba: &Placement,
     walked: &Depth,
     last: Option<FeaturePair>,
@@ -101,8 +101,21 @@ pub fn admissible_depth(
         let facing = (point_a, point_b);
         return Some(AdmissibleDepth { point_a, point_b, facing, normal, depth, features, moved: false, stop });
     }
-    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
-    let mut search = Search::new(cso, a, b, walked.hub);
+    least_admissible_depth(a, b, pose_ba, walked.hub, last, scratch, depths)
+}
+
+/// Returns the smallest depth over the admissible facets of a pair, like [`admissible_depth`], but
+/// without the result of a walk. Climbs start at the vertices `hub`.
+pub(crate) fn least_admissible_depth(
+    a: &AdmissibleNormals<'_>,
+    b: &AdmissibleNormals<'_>,
+    pose_ba: &Placement,
+    hub: HubPair,
+    last: Option<FeaturePair>,
+    scratch: &mut AdmissibleScratch,
+    depths: &mut DepthScratch,
+) -> Option<AdmissibleDepth> {
+    let mut search = Search::new(Cso { a: a.polytope(), b: b.polytope(), pose_ba }, a, b, hub);
     if let Some(last) = last {
         search.no_deeper_than(last);
     }
@@ -113,17 +126,23 @@ pub fn admissible_depth(
 
 /// Returns the least depth along the face normals that are admissible for both pieces; `None` if
 /// there is no such normal. The result is an upper bound of [`admissible_depth`], which also
-/// searches edge pairs. Climbs start at the vertices `hub`.
+/// searches edge pairs. Climbs start at the vertices `hub`. `last` has the features of the result
+/// at a previous, nearby pose.
 pub(crate) fn admissible_bound(
-    a: &OwnNormals<'_>,
-    b: &OwnNormals<'_>,
+    a: &AdmissibleNormals<'_>,
+    b: &AdmissibleNormals<'_>,
     pose_ba: &Placement,
     hub: [u32; 2],
+    last: Option<FeaturePair>,
 ) -> Option<AdmissibleBound> {
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let mut search = Search::new(cso, a, b, HubPair { a: hub[0], b: hub[1] });
+    if let Some(last) = last {
+        search.no_deeper_than(last);
+    }
     search.planes();
-    search.found.map(|Found { normal, hub, .. }| AdmissibleBound { normal, hub: [hub.a, hub.b], depth: search.bar })
+    let Found { normal, features, hub } = search.found?;
+    Some(AdmissibleBound { normal, features, hub: [hub.a, hub.b], depth: search.bar })
 }
 
 /// An upper bound of the depth of two pieces.
@@ -131,6 +150,8 @@ pub(crate) fn admissible_bound(
 pub(crate) struct AdmissibleBound {
     /// Unit normal from body b into body a, in b's frame. The normal is admissible for both pieces.
     pub(crate) normal: DVec3,
+    /// The features that face each other along the normal.
+    pub(crate) features: FeaturePair,
     /// Vertices of bodies a and b that support the normal.
     pub(crate) hub: [u32; 2],
     /// Depth along the normal, in model units.
@@ -143,7 +164,7 @@ pub(crate) struct AdmissibleBound {
 /// A common facet exists only in two cases. A normal of one piece is an admissible direction of the
 /// other, or an end of an arc lies on an arc of the other. The ends of arcs are normals too, so a
 /// test of all normals is sufficient.
-pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
+pub(crate) fn inadmissible_angle(a: &AdmissibleNormals<'_>, b: &AdmissibleNormals<'_>, pose_ba: &Placement) -> f64 {
     let mut least = f64::INFINITY;
     for normal in normals(b) {
         least = least.min(a.angle_to(-pose_ba.inverse_vector(normal)));
@@ -161,19 +182,24 @@ pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Pla
 }
 
 /// Returns the normals of the piece's faces and its borrowed normals, in the piece's frame.
-fn normals<'n>(own: &'n OwnNormals<'_>) -> impl Iterator<Item = DVec3> + 'n {
+fn normals<'n>(own: &'n AdmissibleNormals<'_>) -> impl Iterator<Item = DVec3> + 'n {
     let faces = own.faces().iter().map(|face| own.plane(face.face).normal);
     faces.chain(own.borrowed().iter().map(|borrowed| borrowed.plane.normal))
 }
 
 /// Returns true if the normal at the end of a walk is admissible for both pieces.
-pub fn is_admissible(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement, walked: &Depth) -> bool {
+pub fn is_admissible(
+    a: &AdmissibleNormals<'_>,
+    b: &AdmissibleNormals<'_>,
+    pose_ba: &Placement,
+    walked: &Depth,
+) -> bool {
     match walked.antipodal {
         Antipodal::VertexFace { a: vertex, b: face } => {
-            b.own_face(face).is_some() && a.vertex_owns(vertex, -pose_ba.inverse_vector(walked.normal))
+            b.surface_face(face).is_some() && a.vertex_admits(vertex, -pose_ba.inverse_vector(walked.normal))
         }
         Antipodal::FaceVertex { a: face, b: vertex } => {
-            a.own_face(face).is_some() && b.vertex_owns(vertex, walked.normal)
+            a.surface_face(face).is_some() && b.vertex_admits(vertex, walked.normal)
         }
         Antipodal::EdgeEdge { a: edge_a, b: edge_b } => {
             a.edge_faces(edge_a, -pose_ba.inverse_vector(walked.normal)) && b.edge_faces(edge_b, walked.normal)
@@ -191,8 +217,8 @@ struct Found {
 
 struct Search<'s> {
     cso: Cso<'s>,
-    a: &'s OwnNormals<'s>,
-    b: &'s OwnNormals<'s>,
+    a: &'s AdmissibleNormals<'s>,
+    b: &'s AdmissibleNormals<'s>,
     /// The hub pair of the last support found.
     hub: HubPair,
     /// The support on body a in b's frame, and the support on b in a's frame.
@@ -209,7 +235,7 @@ struct Search<'s> {
 }
 
 impl<'s> Search<'s> {
-    fn new(cso: Cso<'s>, a: &'s OwnNormals<'s>, b: &'s OwnNormals<'s>, hub: HubPair) -> Self {
+    fn new(cso: Cso<'s>, a: &'s AdmissibleNormals<'s>, b: &'s AdmissibleNormals<'s>, hub: HubPair) -> Self {
         let point_a = cso.point_a(hub.a);
         let point_b = cso.pose_ba.inverse_point(cso.b.vertex(hub.b));
         Self {
@@ -238,8 +264,8 @@ impl<'s> Search<'s> {
 
     fn try_again(&mut self, last: FeaturePair) {
         match (last.a, last.b) {
-            (Feature::Vertex(_), Feature::Face(face)) if self.b.own_face(face).is_some() => self.plane_of_b(face),
-            (Feature::Face(face), Feature::Vertex(_)) if self.a.own_face(face).is_some() => self.plane_of_a(face),
+            (Feature::Vertex(_), Feature::Face(face)) if self.b.surface_face(face).is_some() => self.plane_of_b(face),
+            (Feature::Face(face), Feature::Vertex(_)) if self.a.surface_face(face).is_some() => self.plane_of_a(face),
             (Feature::Vertex(_), Feature::Edge(edge)) => {
                 if let Some(k) = self.b.borrowed_at(edge) {
                     self.plane_of_b(k);
@@ -284,7 +310,7 @@ impl<'s> Search<'s> {
         let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(plane.normal));
         self.look_from_a(a);
         let offset = -plane.height(self.point_a);
-        if offset < self.bar && self.a.vertex_owns(a, self.cso.toward_b(plane.normal)) {
+        if offset < self.bar && self.a.vertex_admits(a, self.cso.toward_b(plane.normal)) {
             let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
             self.take(plane.normal, offset, features);
         }
@@ -300,7 +326,7 @@ impl<'s> Search<'s> {
         let b = self.cso.b.support_from(self.hub.b, normal);
         self.look_from_b(b);
         let offset = -plane.height(self.point_b);
-        if offset < self.bar && self.b.vertex_owns(b, normal) {
+        if offset < self.bar && self.b.vertex_admits(b, normal) {
             let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
             self.take(normal, offset, features);
         }

@@ -22,7 +22,7 @@ mod walk;
 mod witness;
 
 pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, is_admissible};
-pub(crate) use admissible::{admissible_bound, barren_angle};
+pub(crate) use admissible::{admissible_bound, inadmissible_angle, least_admissible_depth};
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use certificate::CertificateMemory;
 pub use global::{Containment, ContainmentQuery, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};

@@ -21,7 +21,7 @@ pub struct QueryCounters {
     /// normal of the least depth.
     pub moved: u32,
     /// Depths that were left out because they contradict the surfaces of the solids.
-    pub disbelieved: u32,
+    pub rejected: u32,
     /// Replacement contacts, from a witness point to the nearest surface, if the bodies overlap and
     /// no depth of pieces was accepted; 0 or 1.
     pub stood_in: u32,
@@ -77,7 +77,7 @@ impl std::ops::AddAssign for QueryCounters {
             walk_stops,
             unproven,
             moved,
-            disbelieved,
+            rejected,
             stood_in,
             inadmissible,
             admissible_stops,
@@ -99,7 +99,7 @@ impl std::ops::AddAssign for QueryCounters {
         self.walk_stops += walk_stops;
         self.unproven += unproven;
         self.moved += moved;
-        self.disbelieved += disbelieved;
+        self.rejected += rejected;
         self.stood_in += stood_in;
         self.inadmissible += inadmissible;
         self.admissible_stops += admissible_stops;

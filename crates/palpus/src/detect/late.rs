@@ -7,7 +7,7 @@ use super::QueryCounters;
 use super::pair::Found;
 use super::search::{Asked, PairSearch};
 use crate::algebra::tolerance::{
-    CROWD_ALL, CROWD_FROM, REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL,
+    REST_ALL, REST_ERROR, REST_FIRST, REST_FROM, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL,
 };
 use crate::collision::{Closest, LeafPair, Proximity, Represented, support_gap};
 use crate::depth::admissible_bound;
@@ -70,11 +70,11 @@ impl PairSearch {
     }
 
     /// Counts the pairs in contact. This number determines how long pairs rest in the next query.
-    pub(super) fn count_crowd(&mut self) {
+    pub(super) fn update_rest_share(&mut self) {
         if self.holding {
             let touching = f64::from(self.touching + self.front.represented());
-            self.crowd = ((touching - CROWD_FROM) / (CROWD_ALL - CROWD_FROM)).clamp(0.0, 1.0);
-            self.front.set_rest_share(self.crowd);
+            self.rest_share = ((touching - REST_FROM) / (REST_ALL - REST_FROM)).clamp(0.0, 1.0);
+            self.front.set_rest_share(self.rest_share);
             self.sample.set_touching(touching, false);
         }
     }
@@ -121,17 +121,20 @@ impl PairSearch {
 
     /// Returns the bound of a pair outside the sample, and the pair's separation along this bound.
     /// `None` if the pair may press harder than the sample and has to be measured.
-    pub(super) fn representation(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
+    pub(super) fn representation(&mut self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
         let (normal, hub, separation) = match leaf.proximity {
             Proximity::Disjoint(Closest { normal, features, distance, .. }) => {
                 let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
                 (normal, [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)], distance)
             }
-            Proximity::Overlapping(_) if self.front.is_barren(leaf) => return Some((self.unbounded(asked, leaf), 0.0)),
+            Proximity::Overlapping(_) if self.front.is_inadmissible(leaf) => {
+                return Some((self.unbounded(asked, leaf), 0.0));
+            }
             Proximity::Overlapping(_) => {
-                let [normals_a, normals_b] = asked.own_normals(leaf);
-                let hub = leaf.memory.map_or([0; 2], |memory| memory.hub);
-                let bound = admissible_bound(&normals_a, &normals_b, &asked.place, hub)?;
+                let [normals_a, normals_b] = asked.admissible_normals(leaf);
+                let (last, hub) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
+                let bound = admissible_bound(&normals_a, &normals_b, &asked.place, hub, last)?;
+                self.front.remember_admissible(leaf, Some(bound.features));
                 (bound.normal, bound.hub, -bound.depth)
             }
         };

@@ -1,11 +1,9 @@
 //! Contact determination: all contacts of two bodies at a pose \[K02 §3.4, §4.1\].
 
 mod batch;
-mod belief;
+mod confirm;
 mod contact;
 mod counters;
-#[cfg(test)]
-mod crowd_tests;
 mod exact;
 mod guard;
 mod held;
@@ -14,6 +12,8 @@ mod memory;
 mod pair;
 mod prover;
 mod query;
+#[cfg(test)]
+mod rest_tests;
 mod sample;
 mod search;
 mod sub_step;

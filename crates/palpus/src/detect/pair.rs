@@ -6,10 +6,13 @@ use glam::DVec3;
 use super::contact::points_about;
 use super::search::{Asked, PairSearch};
 use super::{Contact, QueryCounters};
-use crate::algebra::tolerance::BARREN_LEAST;
+use crate::algebra::tolerance::SKIPPED_TURN;
 use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
-use crate::depth::{Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, barren_angle, depth};
+use crate::depth::{
+    Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle,
+    least_admissible_depth,
+};
 
 /// Result of a pair of pieces within tolerance.
 pub(super) enum Found {
@@ -46,8 +49,11 @@ impl PairSearch {
         overlap: &Overlap,
         counters: &mut QueryCounters,
     ) -> Found {
-        if self.front.is_barren(leaf) {
+        if self.front.is_inadmissible(leaf) {
             return Found::Inadmissible(None);
+        }
+        if self.sample.is_partial() {
+            return self.at_admissible_depth(asked, leaf, counters);
         }
         let place = &asked.place;
         let memory = leaf.memory.filter(|memory| memory.facet.is_some());
@@ -58,7 +64,7 @@ impl PairSearch {
         counters.walk_steps += walked.steps;
         counters.walk_stops += u32::from(walked.stop != StopReason::Converged);
         counters.unproven += u32::from(walked.certainty != Certainty::GloballyOptimal);
-        let [normals_a, normals_b] = asked.own_normals(leaf);
+        let [normals_a, normals_b] = asked.admissible_normals(leaf);
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         let last = memory.and_then(|memory| memory.admissible);
         let real = admissible_depth(&normals_a, &normals_b, place, &walked, last, admissible, walk);
@@ -69,10 +75,10 @@ impl PairSearch {
         let Some(real) = real else {
             // The angle costs about as much as the walk that it saves, so it is not computed for a
             // pair without cached data.
-            if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.barren_until.is_finite()) {
-                let angle = barren_angle(&normals_a, &normals_b, place);
-                if angle >= BARREN_LEAST {
-                    self.front.remember_barren(leaf, angle);
+            if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.inadmissible_until.is_finite()) {
+                let angle = inadmissible_angle(&normals_a, &normals_b, place);
+                if angle >= SKIPPED_TURN {
+                    self.front.remember_inadmissible(leaf, angle);
                 }
             }
             let Depth { point_a, point_b, normal, depth, antipodal, .. } = walked;
@@ -88,6 +94,24 @@ impl PairSearch {
         } else {
             Found::Admissible(contact)
         }
+    }
+
+    /// Finds the contact of an overlap along the least admissible normal, without a walk. Where
+    /// surfaces fit closely, the walk mostly ends on a normal that is not admissible: pieces
+    /// overlap their neighbours' counterparts a little at the sides.
+    fn at_admissible_depth(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
+        let [normals_a, normals_b] = asked.admissible_normals(leaf);
+        let (last, [a, b]) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
+        let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
+        let hub = HubPair { a, b };
+        let real = least_admissible_depth(&normals_a, &normals_b, &asked.place, hub, last, admissible, walk);
+        self.front.remember_admissible(leaf, real.map(|real| real.features));
+        let Some(real) = real else { return Found::Inadmissible(None) };
+        counters.moved += 1;
+        counters.admissible_stops += u32::from(real.stop != StopReason::Converged);
+        let contact = at(leaf, real.features, [real.point_a, real.point_b], real.normal, -real.depth);
+        let (point_a, point_b) = real.facing;
+        Found::Moved(contact, Contact { point_a, point_b, ..contact })
     }
 
     /// Computes the depth by a walk, with a proof if the settings request proofs.
@@ -121,13 +145,13 @@ impl PairSearch {
     ) {
         debug_assert!(self.contacts.len() + left <= self.capacity);
         if let Some(slope) = self.patch_slope
-            && self.crowd < 1.0
+            && self.rest_share < 1.0
             && let Some(contact) = self.contacts.get(known).copied()
         {
             let room = self.capacity - known - left;
             // Many contacts together describe the surface as well as the corners of each contact
             // would.
-            self.spread(asked, &contact, slope * (1.0 - self.crowd), room, counters);
+            self.spread(asked, &contact, slope * (1.0 - self.rest_share), room, counters);
         }
         if let Some(place) = leaf.place {
             self.held.keep(place, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
@@ -174,6 +198,6 @@ fn at(leaf: &LeafPair, features: FeaturePair, points: [DVec3; 2], normal: DVec3,
 fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
     let Asked { a, b, place, .. } = asked;
     let Closest { point_a, point_b, normal, features, .. } = *closest;
-    a.owns(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal))
-        && b.owns(leaf.piece_b, features.b, point_b, normal)
+    a.admits(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal))
+        && b.admits(leaf.piece_b, features.b, point_b, normal)
 }

@@ -154,8 +154,8 @@ impl ContactQuery {
 
     /// The least separation of the skipped pairs that were beyond the tolerance at their last
     /// visit. Pairs within tolerance, with contacts that are extrapolated or dropped, do not count.
-    pub fn unlooked_separation(&self) -> f64 {
-        self.search.unlooked_separation()
+    pub fn unexamined_separation(&self) -> f64 {
+        self.search.unexamined_separation()
     }
 
     /// The body a, whose pose each query gets.

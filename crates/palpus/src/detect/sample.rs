@@ -25,6 +25,7 @@ use super::Contact;
 use crate::algebra::tolerance::{
     SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LEAST, SAMPLE_LOADS, SAMPLE_PACE, SAMPLE_PAIRS,
 };
+use crate::algebra::{Directions, LANES};
 use crate::body::{Body, NodeKind};
 
 /// Which pairs are measured, and how much their contacts count.
@@ -37,25 +38,68 @@ pub(super) struct Sample {
     /// full weight.
     share: f64,
     /// The contacts of the sample, as of the last query.
-    loads: Vec<Load>,
+    loads: Loads,
     /// The contacts of other pairs.
-    others: Vec<Load>,
+    others: Loads,
 }
 
-/// A contact with which other pairs are compared.
+/// Contacts with which other pairs are compared.
+#[derive(Clone, Debug)]
+struct Loads {
+    fours: Vec<Four>,
+    /// Number of contacts.
+    count: usize,
+}
+
+/// Four of these contacts. Lanes without a contact have no engagement.
 #[derive(Clone, Copy, Debug)]
-struct Load {
-    normal: DVec3,
+struct Four {
+    normals: Directions,
     /// Engagement (model units), times the contact's count if that is below 1.
-    engagement: f64,
-    pieces: [u32; 2],
+    engagements: [f64; LANES],
+    pieces: [[u32; 2]; LANES],
 }
 
-impl Load {
-    /// Returns the engagement along `normal`, with the kernel of [`crate::force::LoadSharing`].
-    fn felt(&self, normal: DVec3) -> f64 {
-        let alike = normal.dot(self.normal).max(0.0);
-        alike * alike * self.engagement
+impl Loads {
+    /// Allocates memory.
+    fn new() -> Self {
+        Self { fours: Vec::with_capacity(SAMPLE_LOADS.div_ceil(LANES)), count: 0 }
+    }
+
+    fn clear(&mut self) {
+        self.fours.clear();
+        self.count = 0;
+    }
+
+    /// Adds a contact, if there is room for it.
+    fn push(&mut self, normal: DVec3, engagement: f64, pieces: [u32; 2]) {
+        if self.count == SAMPLE_LOADS {
+            return;
+        }
+        let lane = self.count % LANES;
+        if lane == 0 {
+            self.fours.push(Four { normals: Directions::NONE, engagements: [0.0; LANES], pieces: [[0; 2]; LANES] });
+        }
+        if let Some(four) = self.fours.last_mut() {
+            four.normals.set(lane, normal);
+            (four.engagements[lane], four.pieces[lane]) = (engagement, pieces);
+            self.count += 1;
+        }
+    }
+
+    /// Returns the largest engagement along `normal` of the contacts that `counts` accepts, with
+    /// the kernel of [`crate::force::LoadSharing`].
+    #[inline]
+    fn most(&self, normal: DVec3, counts: impl Fn([u32; 2]) -> bool) -> f64 {
+        let mut most = [0.0; LANES];
+        for four in &self.fours {
+            let alike = four.normals.alike(normal);
+            for k in 0..LANES {
+                let felt = if counts(four.pieces[k]) { alike[k] * four.engagements[k] } else { 0.0 };
+                most[k] = if felt > most[k] { felt } else { most[k] };
+            }
+        }
+        most.into_iter().fold(0.0, f64::max)
     }
 }
 
@@ -66,9 +110,8 @@ impl Sample {
     /// A sample of the pairs of two bodies that begins with all pairs.
     pub(super) fn new(a: &Body, b: &Body) -> Self {
         let of_a = a.size() <= b.size();
-        let room = || Vec::with_capacity(SAMPLE_LOADS);
         let ranks = ranks(if of_a { a } else { b });
-        Self { ranks, of_a, share: Self::ALL, loads: room(), others: room() }
+        Self { ranks, of_a, share: Self::ALL, loads: Loads::new(), others: Loads::new() }
     }
 
     /// Begins with all pairs again.
@@ -85,7 +128,7 @@ impl Sample {
 
     /// True if no contacts are stored with which other pairs can be compared.
     pub(super) fn is_blank(&self) -> bool {
-        self.loads.is_empty()
+        self.loads.count == 0
     }
 
     /// Step 2: sets the share for `touching` pairs in contact. If `at_once`, the bodies have
@@ -115,23 +158,14 @@ impl Sample {
     /// Step 4: returns the largest engagement (model units) along `normal` up to which contacts of
     /// these pieces need not be measured.
     pub(super) fn stands_for(&self, normal: DVec3, pieces: [u32; 2], range: &Range) -> f64 {
-        let others = self.others.iter().filter(|load| load.pieces != pieces).map(|load| load.felt(normal));
-        let others = others.fold(0.0, f64::max);
+        let others = self.others.most(normal, |other| other != pieces);
         let known = self.represented(normal);
         (known + SAMPLE_EXCESS * range.pressing(known)).max(others - SAMPLE_EQUAL * range.pressing(others))
     }
 
     /// Returns the largest engagement (model units) of the sample along `normal`.
     fn represented(&self, normal: DVec3) -> f64 {
-        // Takes four contacts at a time, for SIMD.
-        let mut most = [0.0; 4];
-        for four in self.loads.chunks(4) {
-            for (load, most) in four.iter().zip(&mut most) {
-                let felt = load.felt(normal);
-                *most = if felt > *most { felt } else { *most };
-            }
-        }
-        most.into_iter().fold(0.0, f64::max)
+        self.loads.most(normal, |_| true)
     }
 
     /// Sets the count of the contacts of a pair.
@@ -157,9 +191,7 @@ impl Sample {
             let Contact { normal, piece_a, piece_b, count, separation, .. } = *contact;
             let pieces = [piece_a, piece_b];
             let list = if self.weight(pieces) > 0.0 { &mut self.loads } else { &mut self.others };
-            if list.len() < SAMPLE_LOADS {
-                list.push(Load { normal, engagement: count.min(1.0) * (tolerance - separation), pieces });
-            }
+            list.push(normal, count.min(1.0) * (tolerance - separation), pieces);
         }
     }
 
@@ -198,7 +230,7 @@ fn ranks(body: &Body) -> Arc<[f32]> {
             NodeKind::Inner { left, right } => stack.extend([right, left]),
         }
     }
-    order.sort_by_key(|&piece| side(body.own_normals(piece).cap().axis));
+    order.sort_by_key(|&piece| side(body.admissible_normals(piece).cap().axis));
     let mut ranks = vec![0.0; order.len()];
     for (place, piece) in order.into_iter().enumerate() {
         ranks[piece as usize] = (f64::from((place as u32).reverse_bits()) / 2f64.powi(32)) as f32;

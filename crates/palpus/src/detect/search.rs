@@ -3,13 +3,13 @@
 //! 1. The front over both hierarchies ([`Front`]) returns the leaf pairs within the tolerance.
 //! 2. Pieces that are apart have a contact at their closest points. The contact is left out if
 //!    these points are not on the surface, or if their direction is not a normal of both meshes
-//!    there ([`Body::owns`]). For example, the far side of a thin wall cannot be touched from
+//!    there ([`Body::admits`]). For example, the far side of a thin wall cannot be touched from
 //!    within the wall. Beyond the end of an edge's Gauss arc, the neighbouring piece is nearer.
 //! 3. Pieces that overlap have a contact at their penetration depth. The depth walk starts from the
 //!    pair's last normal, the normal of the march and the line of centroids. If the walk ends on a
 //!    normal that one of the meshes does not have, the least depth along a shared normal is used
 //!    instead ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if
-//!    the check of `belief` rejects its depth, or if the pieces share no normal. If the bodies
+//!    the check of `confirm` rejects its depth, or if the pieces share no normal. If the bodies
 //!    overlap and no depth is accepted, the query adds a replacement contact, from a witness point
 //!    to the nearest surface.
 //!
@@ -27,7 +27,7 @@
 //! Contacts are in the order in which they began; after a jump, in the order of the descent. The
 //! same sequence of poses gives the same order.
 
-use super::belief::{LastOverlap, depth_is_confirmed, least_depth_is_confirmed, replacement};
+use super::confirm::{LastOverlap, depth_is_confirmed, least_depth_is_confirmed, replacement};
 use super::exact::{Placed, nearest_on_meshes, on_meshes, slack};
 use super::guard::Guard;
 use super::held::HeldContacts;
@@ -37,7 +37,7 @@ use super::sample::{Range, Sample};
 use super::{Contact, Proof, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
 use crate::algebra::{Clock, Placement, Pose, Quota};
-use crate::body::{Body, OwnNormals, Polytope};
+use crate::body::{AdmissibleNormals, Body, Polytope};
 use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side};
 use crate::depth::{AdmissibleScratch, DepthScratch, Patch};
 
@@ -64,11 +64,11 @@ pub(super) struct PairSearch {
     /// Number of pairs with contacts in the current query.
     pub(super) touching: u32,
     /// Measure of the number of touching pairs in the last query, from 0 (few) to 1 (many).
-    pub(super) crowd: f64,
+    pub(super) rest_share: f64,
     /// The leaf pair with which the next query begins, if the quota was spent.
     pub(super) resume: Option<u32>,
     pub(super) unseen_separation: f64,
-    pub(super) unlooked: f64,
+    pub(super) unexamined: f64,
 }
 
 /// Capacity of the front, in node pairs. A spoon in a cup has hundreds, two scans of 30 000
@@ -98,10 +98,10 @@ impl PairSearch {
             holding: settings.holding,
             sample: Sample::new(a, b),
             touching: 0,
-            crowd: 0.0,
+            rest_share: 0.0,
             resume: None,
             unseen_separation: f64::INFINITY,
-            unlooked: f64::INFINITY,
+            unexamined: f64::INFINITY,
         }
     }
 
@@ -120,11 +120,11 @@ impl PairSearch {
         let middle = clock.now_ns();
         counters.query_ns = middle - begin;
         self.held.begin_tick();
-        (self.unseen_separation, self.unlooked) = (f64::INFINITY, f64::INFINITY);
+        (self.unseen_separation, self.unexamined) = (f64::INFINITY, f64::INFINITY);
         let doubtful = self.answer_leaves(asked, quota, &mut counters);
         self.hold_unvisited(asked, &mut counters);
         self.sample.keep(&self.contacts, asked.tolerance);
-        self.count_crowd();
+        self.update_rest_share();
         self.hold_overlap(asked, &doubtful, &mut counters);
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
@@ -137,8 +137,8 @@ impl PairSearch {
             counters.kept_side = guard.hold(asked, &mut self.contacts);
         }
         if counters.traversal.postponed > 0 {
-            self.unlooked = self.front.unseen_separation();
-            self.unseen_separation = self.unseen_separation.min(self.unlooked);
+            self.unexamined = self.front.unseen_separation();
+            self.unseen_separation = self.unseen_separation.min(self.unexamined);
         }
         counters.depth_ns = clock.now_ns() - middle;
         counters
@@ -149,7 +149,7 @@ impl PairSearch {
     fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Doubtful {
         self.contacts.clear();
         let mut doubtful = Doubtful::default();
-        let rests = self.crowd > 0.0;
+        let rests = self.rest_share > 0.0;
         self.touching = 0;
         let count = self.leaves.as_slice().len();
         if self.holding && counters.traversal.restarted > 0 {
@@ -183,12 +183,13 @@ impl PairSearch {
                 }
                 Found::Moved(contact, facing) if depth_is_confirmed(asked, &facing) => self.contacts.push(contact),
                 Found::Admissible(contact) | Found::Moved(contact, _) => {
-                    counters.disbelieved += 1;
+                    counters.rejected += 1;
                     doubtful.rejected = shallower(doubtful.rejected, contact);
                 }
                 Found::Inadmissible(contact) => {
                     counters.inadmissible += 1;
-                    doubtful.unowned = contact.map_or(doubtful.unowned, |contact| shallower(doubtful.unowned, contact));
+                    doubtful.unshared =
+                        contact.map_or(doubtful.unshared, |contact| shallower(doubtful.unshared, contact));
                 }
             }
             if k >= sampled && self.represent_measured(asked, &leaf, known) {
@@ -214,7 +215,7 @@ impl PairSearch {
         }
         let rejected = doubtful.rejected.map(|contact| replacement(asked, &contact).unwrap_or(contact));
         let still = || self.last_overlap.still(asked).filter(|_| counters.traversal.postponed == 0);
-        let replaced = rejected.or_else(still).or_else(|| replacement(asked, &doubtful.unowned?));
+        let replaced = rejected.or_else(still).or_else(|| replacement(asked, &doubtful.unshared?));
         // The query never exceeds the memory of its construction. If this memory is full of
         // contacts that are apart, these contacts keep the bodies apart.
         let room = self.capacity - self.contacts.len();
@@ -227,9 +228,9 @@ impl PairSearch {
         self.unseen_separation
     }
 
-    /// See [`ContactQuery::unlooked_separation`](super::ContactQuery::unlooked_separation).
-    pub(super) fn unlooked_separation(&self) -> f64 {
-        self.unlooked
+    /// See [`ContactQuery::unexamined_separation`](super::ContactQuery::unexamined_separation).
+    pub(super) fn unexamined_separation(&self) -> f64 {
+        self.unexamined
     }
 
     /// Returns the contacts of the last query.
@@ -305,7 +306,7 @@ struct Doubtful {
     /// The contact contradicts the surfaces of the solids.
     rejected: Option<Contact>,
     /// The pieces do not share the contact's normal.
-    unowned: Option<Contact>,
+    unshared: Option<Contact>,
 }
 
 /// Input of a query.
@@ -342,8 +343,8 @@ impl<'q> Asked<'q> {
     }
 
     /// Returns the admissible normals of both pieces of a leaf pair.
-    pub(super) fn own_normals(&self, leaf: &LeafPair) -> [OwnNormals<'q>; 2] {
-        [self.a.own_normals(leaf.piece_a), self.b.own_normals(leaf.piece_b)]
+    pub(super) fn admissible_normals(&self, leaf: &LeafPair) -> [AdmissibleNormals<'q>; 2] {
+        [self.a.admissible_normals(leaf.piece_a), self.b.admissible_normals(leaf.piece_b)]
     }
 
     /// Returns this input in the form that the front needs.

@@ -60,7 +60,7 @@ use glam::DVec3;
 
 use super::Cluster;
 use crate::algebra::Pose;
-use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LOOKS};
+use crate::algebra::tolerance::{FRICTION_HELD, FRICTION_LOOKS, FRICTION_SUCCESSOR};
 use crate::detect::Contact;
 
 /// Parameters of friction between two surfaces.
@@ -272,18 +272,18 @@ impl FrictionTracker {
             sliding: false,
             slipped: 0.0,
         };
-        let mut heir_of = None;
+        let mut predecessor = None;
         if *looks >= self.previous.len() {
             *looks -= self.previous.len();
             let within = |a: &&Adhesion| {
                 a.midpoint.distance_squared(midpoint) < grasp.reach * grasp.reach
-                    && a.normal.dot(normal) >= FRICTION_HEIR
+                    && a.normal.dot(normal) >= FRICTION_SUCCESSOR
             };
-            heir_of = self.previous.iter().filter(within).min_by(nearer);
+            predecessor = self.previous.iter().filter(within).min_by(nearer);
         } else {
             counters.unsought += 1;
         }
-        if let Some(old) = heir_of {
+        if let Some(old) = predecessor {
             fresh.held_b -= grasp.pose_ba.point(old.holding_a) - old.held_b;
             (fresh.sliding, fresh.slipped) = (old.sliding, old.slipped);
             counters.inherited += 1;

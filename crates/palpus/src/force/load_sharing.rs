@@ -48,33 +48,61 @@
 //! The contacts come in canonical order, so sums do not depend on the order of the query's results.
 //! [`LoadSharing::new`] allocates all memory.
 
-use glam::DVec3;
-
 use super::tilt::{TiltShares, Tilted};
 use crate::algebra::tolerance::{SAMPLE_EXCESS, SAMPLE_FULL_EXCESS};
+use crate::algebra::{Directions, LANES};
 
 /// Shares of the last run, and the memory to compute them.
 #[derive(Clone, Debug)]
 pub struct LoadSharing {
     tilts: TiltShares,
-    /// The properties of contacts that enter the shares of others; pushing contacts come first.
-    seen: Vec<Seen>,
-    /// Number of contacts that push.
-    pushing: usize,
+    /// All contacts; those that push come first.
+    seen: Vec<Four>,
+    /// The contacts that push.
+    pushing: Vec<Four>,
     /// Tilt shares times counts.
     counts: Vec<f64>,
     shares: Vec<f64>,
 }
 
-/// The properties of a contact that enter the shares of others.
+/// The properties of four contacts that enter the shares of others. Lanes without a contact count
+/// 0.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
-    direction: DVec3,
-    separation: f64,
-    engagement: f64,
+struct Four {
+    directions: Directions,
+    separation: [f64; LANES],
+    engagement: [f64; LANES],
     /// See [`presence`].
-    presence: f64,
-    count: f64,
+    presence: [f64; LANES],
+    count: [f64; LANES],
+}
+
+impl Four {
+    /// A group without contacts.
+    const NONE: Self = Self {
+        directions: Directions::NONE,
+        separation: [f64::INFINITY; LANES],
+        engagement: [0.0; LANES],
+        presence: [0.0; LANES],
+        count: [0.0; LANES],
+    };
+}
+
+/// Writes contacts with their counts to `groups`, which has room for them.
+fn collect<'c>(groups: &mut Vec<Four>, contacts: impl Iterator<Item = (&'c Tilted, &'c f64)>) {
+    groups.clear();
+    for (k, (contact, &count)) in contacts.enumerate() {
+        let lane = k % LANES;
+        if lane == 0 {
+            groups.push(Four::NONE);
+        }
+        let Some(four) = groups.last_mut() else { return };
+        four.directions.set(lane, contact.direction);
+        four.separation[lane] = contact.separation;
+        four.engagement[lane] = contact.engagement;
+        four.presence[lane] = presence(contact.count);
+        four.count[lane] = count;
+    }
 }
 
 impl LoadSharing {
@@ -82,8 +110,8 @@ impl LoadSharing {
     pub fn new(capacity: usize) -> Self {
         Self {
             tilts: TiltShares::new(capacity),
-            seen: Vec::with_capacity(capacity),
-            pushing: 0,
+            seen: Vec::with_capacity(capacity.div_ceil(LANES)),
+            pushing: Vec::with_capacity(capacity.div_ceil(LANES)),
             counts: Vec::with_capacity(capacity),
             shares: Vec::with_capacity(capacity),
         }
@@ -121,7 +149,7 @@ impl LoadSharing {
             if count <= 0.0 || alone <= 0.0 {
                 return 0.0;
             }
-            let (most, sum) = felt(one, &self.seen, |other| bears(other.engagement, other.separation));
+            let (most, sum) = felt(one, &self.seen, |four, k| bears(four.engagement[k], four.separation[k]));
             alone * count * (most / sum)
         })
     }
@@ -133,41 +161,44 @@ impl LoadSharing {
 
     /// Collects the properties of all contacts; pushing contacts come first.
     fn look(&mut self, contacts: &[Tilted]) {
-        let seen = contacts.iter().zip(&self.counts).map(|(contact, &count)| {
-            let Tilted { direction, separation, engagement, .. } = *contact;
-            Seen { direction, separation, engagement, presence: presence(contact.count), count }
-        });
-        self.seen.clear();
-        self.seen.extend(seen.clone().filter(|one| one.engagement > 0.0));
-        self.pushing = self.seen.len();
-        self.seen.extend(seen.filter(|one| one.engagement <= 0.0));
+        let counted = || contacts.iter().zip(&self.counts);
+        let pushing = || counted().filter(|(contact, _)| contact.engagement > 0.0);
+        collect(&mut self.pushing, pushing());
+        collect(&mut self.seen, pushing().chain(counted().filter(|(contact, _)| contact.engagement <= 0.0)));
     }
 
     /// Step 2: returns the greatest κ w of all contacts divided by the sum of κ α w, for the
     /// direction of `one`.
     fn share(&self, one: &Tilted, ahead: f64) -> f64 {
-        let (most, sum) = felt(one, &self.seen[..self.pushing], |other| other.engagement);
+        let (most, sum) = felt(one, &self.pushing, |four, k| four.engagement[k]);
         if most > 0.0 {
             // The sum is 0 only if no contact counts; then the contact keeps its own load.
             return if sum > 0.0 { most / sum } else { 1.0 };
         }
-        let alike = self.seen.iter().filter(|other| one.direction.dot(other.direction) > 0.0);
-        let nearest = alike.map(|other| other.separation).fold(one.separation, f64::min);
-        let (most, sum) = felt(one, &self.seen, |other| (nearest + ahead - other.separation).max(0.0));
+        let mut nearest = one.separation;
+        for four in &self.seen {
+            let alike = four.directions.alike(one.direction);
+            for (alike, separation) in alike.into_iter().zip(four.separation) {
+                nearest = if alike > 0.0 { nearest.min(separation) } else { nearest };
+            }
+        }
+        let (most, sum) = felt(one, &self.seen, |four, k| (nearest + ahead - four.separation[k]).max(0.0));
         if sum > 0.0 { most / sum } else { 1.0 }
     }
 }
 
 /// Returns the greatest κ m w and the sum of κ α w of `others`, where m is [`presence`] and w is
-/// `engagement`.
-fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f64, f64) {
-    // The sum runs over groups of four, for SIMD. Its order is always the same.
-    let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
-    for four in others.chunks(4) {
-        for (k, other) in four.iter().enumerate() {
-            let size = kernel(one.direction, other.direction) * engagement(other);
-            sums[k] += other.count * size;
-            let size = other.presence * size;
+/// `engagement` of a contact, given its group and its lane.
+#[inline]
+fn felt(one: &Tilted, others: &[Four], engagement: impl Fn(&Four, usize) -> f64) -> (f64, f64) {
+    // The order of the sum is always the same.
+    let (mut sums, mut most) = ([0.0; LANES], [0.0; LANES]);
+    for four in others {
+        let alike = four.directions.alike(one.direction);
+        for k in 0..LANES {
+            let size = alike[k] * engagement(four, k);
+            sums[k] += four.count[k] * size;
+            let size = four.presence[k] * size;
             most[k] = if size > most[k] { size } else { most[k] };
         }
     }
@@ -185,18 +216,19 @@ fn presence(count: f64) -> f64 {
     known + (1.0 - known) * count
 }
 
-/// Returns κ of two directions, from 0 to 1.
-fn kernel(one: DVec3, other: DVec3) -> f64 {
-    let alike = one.dot(other).max(0.0);
-    alike * alike
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::super::testing::Random;
     use super::*;
 
     const SEED: u64 = 0xC20D;
+
+    /// Returns κ of two directions.
+    fn kernel(one: DVec3, other: DVec3) -> f64 {
+        one.dot(other).max(0.0).powi(2)
+    }
 
     /// Returns a contact outside any patch.
     fn single(direction: DVec3, engagement: f64) -> Tilted {

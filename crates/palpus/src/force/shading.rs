@@ -8,7 +8,7 @@
 //!
 //! 1. On each body, find the smooth outward normal and the curvature at the witness point. A body
 //!    whose feature is a crease has no smooth normal. It uses the other body's normal, limited to
-//!    the directions between its own faces ([`super::SmoothBody::confine`]).
+//!    the directions between its surface faces ([`super::SmoothBody::confine`]).
 //! 2. *Combine* b's normal with the reversed normal of a. For spheres with the radii r_a and r_b,
 //!    the vector between the centres is along r_b n_b − r_a n_a. So the weight of each side is its
 //!    radius, 1 / curvature. A flat side determines the direction alone, and two equally curved
@@ -60,7 +60,7 @@ pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothN
     let mut direction = normal;
     for (side, share) in [(side_a.map(|a| -a.normal), share_a), (side_b.map(|b| b.normal), share_b)] {
         if let Some(smooth) = side {
-            direction += share * belief(smooth, normal, most_turn) * (smooth - normal);
+            direction += share * confidence(smooth, normal, most_turn) * (smooth - normal);
         }
     }
     direction.normalize_or(normal)
@@ -68,7 +68,7 @@ pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothN
 
 /// Returns the factor of step 3 for the direction `smooth`: 1 within half of `most_turn` of
 /// `normal`, falling to 0 at `most_turn`.
-fn belief(smooth: DVec3, normal: DVec3, most_turn: f64) -> f64 {
+fn confidence(smooth: DVec3, normal: DVec3, most_turn: f64) -> f64 {
     let (none, all) = (most_turn.cos(), (0.5 * most_turn).cos());
     let cosine = smooth.dot(normal);
     if cosine >= all {

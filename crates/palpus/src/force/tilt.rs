@@ -62,9 +62,10 @@ pub struct Tilted {
 }
 
 impl Tilted {
-    /// Returns the data of a contact that pushes along its normal below a separation of `skin` (m).
-    pub fn of(contact: &Contact, skin: f64) -> Self {
-        Self { engagement: (skin - contact.separation).max(0.0), ..Self::unloaded(contact) }
+    /// Returns the data of a contact that pushes along its normal below a separation of
+    /// `contact_offset` (m).
+    pub fn of(contact: &Contact, contact_offset: f64) -> Self {
+        Self { engagement: (contact_offset - contact.separation).max(0.0), ..Self::unloaded(contact) }
     }
 
     /// Returns the data of a contact for tilt shares that depend only on geometry.

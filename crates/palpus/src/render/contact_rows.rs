@@ -91,14 +91,14 @@ impl ContactRows {
     /// The friction of a contact without load is limited by its share of the known load. In
     /// bodies that jam, the rounds pass through loads that are many times larger.
     pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, settings: &Settings) {
-        let skin = settings.skin();
+        let contact_offset = settings.contact_offset();
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             self.clusters.push(Load { stiffness, predicted: 0.0 });
             for k in cluster.members() {
                 let stiffness = stiffness * forces.weights[k] / cluster.weight;
                 // The force is negative if the contact does not push yet.
-                let force = stiffness * (skin - forces.separations[k]);
+                let force = stiffness * (contact_offset - forces.separations[k]);
                 self.normal_rows.push(NormalRow {
                     offset: forces.places[k] - center,
                     normal: cluster.normal,

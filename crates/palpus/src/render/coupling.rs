@@ -20,7 +20,7 @@
 //!    the device without force, even with coarse encoders, and it stores no energy that contacts
 //!    could return to the hand. (A mass would not improve stability: the step is implicit, and
 //!    flush contacts resist rotation at their corners.)
-//! 4. *Contact offset* (`skin`): contacts push below a tenth of the tolerance, so that a peg fits
+//! 4. *Contact offset*: contacts push below a tenth of the tolerance, so that a peg fits
 //!    into a hole with little clearance. The query also finds contacts beyond this offset, as far
 //!    as the tool can move in the next step. Such a contact pushes if the tool would come within
 //!    the offset.
@@ -36,7 +36,7 @@
 use super::Limits;
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_ALIGNMENT_LEAD, COUPLING_LEAD, COUPLING_SAMPLED,
-    COUPLING_STRETCH, COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
+    COUPLING_STRETCH, COUPLING_TURN, TOOL_OFFSET, TOOL_SINKS,
 };
 
 /// The springs and dampers between the grips of device and tool, for translation and for rotation,
@@ -55,7 +55,8 @@ pub struct VirtualCoupling {
     pub angular_damping: f64,
     /// Contact offset, m: contacts push below this separation. Positive and at most the contact
     /// tolerance.
-    pub skin: f64,
+    #[cfg_attr(feature = "serde", serde(alias = "skin"))]
+    pub contact_offset: f64,
     /// Mass of the tool, kg. The inertia is computed from the probe's mesh with this mass. With 0
     /// the tool has no mass and rests where all forces balance.
     pub mass: f64,
@@ -63,8 +64,14 @@ pub struct VirtualCoupling {
 
 impl VirtualCoupling {
     /// A coupling without stiffness, for direct rendering.
-    pub(super) const SLACK: Self =
-        Self { stiffness: 0.0, damping: 0.0, angular_stiffness: 0.0, angular_damping: 0.0, skin: 0.0, mass: 0.0 };
+    pub(super) const SLACK: Self = Self {
+        stiffness: 0.0,
+        damping: 0.0,
+        angular_stiffness: 0.0,
+        angular_damping: 0.0,
+        contact_offset: 0.0,
+        mass: 0.0,
+    };
 
     /// Returns the coupling for a device with these limits, a loop period of `period` seconds, and
     /// contacts of this tolerance (m).
@@ -83,14 +90,14 @@ impl VirtualCoupling {
             (COUPLING_ALIGNMENT, lead.max(COUPLING_ALIGNMENT_LEAD))
         };
         let (damping, angular_damping) = (lead * stiffness, angular_lead * angular_stiffness);
-        let skin = TOOL_SKIN * contact_tolerance;
-        Self { stiffness, damping, angular_stiffness, angular_damping, skin, mass: 0.0 }
+        let contact_offset = TOOL_OFFSET * contact_tolerance;
+        Self { stiffness, damping, angular_stiffness, angular_damping, contact_offset, mass: 0.0 }
     }
 
     /// Returns the contact stiffness of step 5 (N/m) for contacts of this tolerance (m); `None`
     /// without a force limit.
     pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
-        let stiffness = limits.force / (TOOL_SINKS * TOOL_SKIN * contact_tolerance);
+        let stiffness = limits.force / (TOOL_SINKS * TOOL_OFFSET * contact_tolerance);
         (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
     }
 

@@ -138,7 +138,7 @@ pub fn force(
         let smooth = settings.clustering == Clustering::Smooth;
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
         let (weights, first) = (&forces.weights[range.clone()], range.start as u32);
-        let cluster = represent(contacts, members, directions, weights, first, settings.skin());
+        let cluster = represent(contacts, members, directions, weights, first, settings.contact_offset());
         let share = if smooth { scratch.sharing.shares()[k] } else { 1.0 };
         forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
@@ -152,16 +152,16 @@ pub fn force(
 /// load shares.
 fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
     let Scratch { tilted, sharing, tilts, .. } = scratch;
-    let (skin, tolerance) = (settings.skin(), settings.contact_tolerance);
+    let (contact_offset, tolerance) = (settings.contact_offset(), settings.contact_tolerance);
     let members = forces.members.iter().map(|&i| &contacts[i as usize]);
     tilted.clear();
     match settings.clustering {
         Clustering::Smooth => {
             tilted.extend(members.zip(&forces.directions).map(|(contact, &direction)| {
-                let engagement = (skin - contact.separation).max(0.0);
+                let engagement = (contact_offset - contact.separation).max(0.0);
                 Tilted { direction, engagement, ..Tilted::unloaded(contact) }
             }));
-            sharing.run(tilted, AHEAD * skin);
+            sharing.run(tilted, AHEAD * contact_offset);
             forces.weights.extend(tilted.iter().map(|corner| tolerance - corner.separation));
         }
         Clustering::Linkage => {

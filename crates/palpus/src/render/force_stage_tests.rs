@@ -210,7 +210,7 @@ fn engagement_does_not_depend_on_other_clusters() {
         let (first, second, motions) = scene(&mut random);
         let answer = two_ticks(&first, &second, &motions, &settings);
         for (cluster, &stiffness) in answer.clusters.iter().zip(&answer.stiffnesses) {
-            let expected = (settings.skin() - cluster.separation).max(0.0);
+            let expected = (settings.contact_offset() - cluster.separation).max(0.0);
             assert_eq!(cluster.engagement, expected, "seed {SEED:#x}, round {round}");
             assert!((0.0..=settings.stiffness).contains(&stiffness), "seed {SEED:#x}, round {round}");
         }

@@ -13,7 +13,7 @@ pub(super) struct Reach {
     /// Distance from the centre of mass to the farthest corner of the body's box, m.
     radius: f64,
     /// m.
-    skin: f64,
+    contact_offset: f64,
     /// Bound on the motion of all points of the body in the next step, m.
     most: f64,
     /// Distance that the body may move before it can touch anything that this tick's query did not
@@ -23,15 +23,15 @@ pub(super) struct Reach {
 
 impl Reach {
     /// Returns the bound for a body at rest whose points are within `radius` (m) of its centre of
-    /// mass. Contacts push below a separation of `skin` (m).
-    pub(super) fn new(radius: f64, skin: f64) -> Self {
-        Self { radius, skin, most: REACH_LEAST * skin, clear: f64::INFINITY }
+    /// mass. Contacts push below a separation of `contact_offset` (m).
+    pub(super) fn new(radius: f64, contact_offset: f64) -> Self {
+        Self { radius, contact_offset, most: REACH_LEAST * contact_offset, clear: f64::INFINITY }
     }
 
-    /// Sets the contact offset `skin` (m).
-    pub(super) fn set_skin(&mut self, skin: f64) {
-        self.skin = skin;
-        self.most = self.most.max(REACH_LEAST * skin);
+    /// Sets the contact offset (m).
+    pub(super) fn set_contact_offset(&mut self, contact_offset: f64) {
+        self.contact_offset = contact_offset;
+        self.most = self.most.max(REACH_LEAST * contact_offset);
     }
 
     /// Returns a bound on the motion of all points of the body in the next step, m.
@@ -52,7 +52,7 @@ impl Reach {
 
     /// Allows a slow motion of a body in contact, even if the query did not examine everything.
     pub(super) fn touch(&mut self) {
-        self.clear = self.clear.max(REACH_CREEP * self.skin);
+        self.clear = self.clear.max(REACH_CREEP * self.contact_offset);
     }
 
     /// Returns the allowed fraction (at most 1) of a step of `h` seconds with `twist`. Within it,
@@ -65,7 +65,7 @@ impl Reach {
     /// Updates the bound after a motion with `twist` for `h` seconds.
     pub(super) fn follow(&mut self, twist: &Twist, h: f64) {
         let needed = (REACH_GROWTH * self.travel(twist, h)).max(REACH_FADE * self.most);
-        self.most = needed.min(TOOL_FASTEST * h).max(REACH_LEAST * self.skin);
+        self.most = needed.min(TOOL_FASTEST * h).max(REACH_LEAST * self.contact_offset);
     }
 
     /// Returns a bound on the motion of all points of the body in `h` seconds with `twist`, m.

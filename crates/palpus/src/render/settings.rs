@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Limits, Material, Saturation, VirtualCoupling};
-use crate::algebra::tolerance::{CROWD_MOST, TOOL_SINKS};
+use crate::algebra::tolerance::{SMOOTH_CONTACTS, TOOL_SINKS};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
 /// All settings of rendering. [`Settings::validate`] checks them before use.
@@ -12,8 +12,8 @@ use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSe
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Settings {
     /// t of \[K02\], m: contacts are found, and push, below this separation. With a coupling,
-    /// contacts push below the coupling's contact offset ([`VirtualCoupling::skin`]), and are found
-    /// as far as the tool can move in the next step.
+    /// contacts push below the coupling's contact offset ([`VirtualCoupling::contact_offset`]), and
+    /// are found as far as the tool can move in the next step.
     pub contact_tolerance: f64,
     /// δ of \[K02\], m: contacts nearer to each other than this share one force. 0: every contact
     /// has its own force.
@@ -158,7 +158,7 @@ impl Settings {
     /// moves the tool by at most half the contact offset, in normal and tangential directions. The
     /// coupling is softened to compensate ([`VirtualCoupling::softened`]).
     pub(super) fn held(&self) -> Self {
-        let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
+        let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.contact_offset));
         if !(hard.is_finite() && hard > self.stiffness) {
             return *self;
         }
@@ -205,8 +205,13 @@ impl Settings {
             not_negative("coupling.damping", coupling.damping)?;
             positive("coupling.angular_stiffness", coupling.angular_stiffness)?;
             not_negative("coupling.angular_damping", coupling.angular_damping)?;
-            let within = coupling.skin > 0.0 && coupling.skin <= self.contact_tolerance;
-            check(within, "coupling.skin", coupling.skin, "greater than 0 and at most contact_tolerance")?;
+            let within = coupling.contact_offset > 0.0 && coupling.contact_offset <= self.contact_tolerance;
+            check(
+                within,
+                "coupling.contact_offset",
+                coupling.contact_offset,
+                "greater than 0 and at most contact_tolerance",
+            )?;
             not_negative("coupling.mass", coupling.mass)?;
         }
         check(self.limits.force >= 0.0, "limits.force", self.limits.force, "0 or more (infinite for none)")?;
@@ -223,14 +228,14 @@ impl Settings {
         let (radius, most) = match self.clustering {
             Clustering::Linkage => (self.cluster_radius, usize::MAX),
             // With radius 0, every contact is a separate cluster.
-            Clustering::Smooth => (0.0, CROWD_MOST),
+            Clustering::Smooth => (0.0, SMOOTH_CONTACTS),
         };
         LinkageSettings { tolerance: self.contact_tolerance, radius, split_angle: self.split_angle, most }
     }
 
     /// Returns the separation below which contacts push, m.
-    pub fn skin(&self) -> f64 {
-        self.coupling.map_or(self.contact_tolerance, |coupling| coupling.skin)
+    pub fn contact_offset(&self) -> f64 {
+        self.coupling.map_or(self.contact_tolerance, |coupling| coupling.contact_offset)
     }
 
     /// Returns the settings of the penalty force.

@@ -96,7 +96,7 @@ impl Tool {
             inertia_a: DMat3::ZERO,
             pose_ba: None,
             twist: Twist::default(),
-            reach: Reach::new(radius(probe), coupling.skin),
+            reach: Reach::new(radius(probe), coupling.contact_offset),
             anchor: Anchor::AT_GRIP,
             bond: Bond::default(),
         };
@@ -113,7 +113,7 @@ impl Tool {
         self.grip_a = settings.grip_a;
         let mass = probe.mass();
         self.inertia_a = mass.inertia * (coupling.mass / mass.volume);
-        self.reach.set_skin(coupling.skin);
+        self.reach.set_contact_offset(coupling.contact_offset);
     }
 
     /// Limits the coupling to the device's present limits, `available`.

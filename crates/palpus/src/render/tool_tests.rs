@@ -99,7 +99,7 @@ fn springs_in_series_balance_on_a_floor() {
         let tick = renderer.tick();
         // The contact begins one contact offset above the floor.
         let row = coupling.stiffness * stiffness / (coupling.stiffness + stiffness);
-        let expected = row * (3e-3 + coupling.skin);
+        let expected = row * (3e-3 + coupling.contact_offset);
         let felt = tick.commanded;
         assert!((felt.force - DVec3::Z * expected).length() < 1e-6 * expected, "{mass:?} {stiffness}: {felt:?}");
         assert!(felt.torque.length() < 1e-6, "{felt:?}");

@@ -215,7 +215,7 @@ fn three_springs_in_series_balance() {
     let [first, second] = pressed(&mut two, 4e-3, DVec3::ZERO, 3000);
     // The contact begins one contact offset before the blocks meet.
     let row = 1.0 / (2.0 / coupling.stiffness + 1.0 / settings.stiffness);
-    let expected = row * (4e-3 + coupling.skin);
+    let expected = row * (4e-3 + coupling.contact_offset);
     assert!((first.force - DVec3::NEG_X * expected).length() < 1e-6 * expected, "{first:?}, not {expected}");
     assert!((second.force - DVec3::X * expected).length() < 1e-6 * expected, "{second:?}");
     assert!(first.torque.length() < 1e-6 && second.torque.length() < 1e-6);
@@ -247,7 +247,7 @@ fn tool_against_a_direct_tool_equals_tool_against_wall() {
         let coupling = held.coupling.unwrap();
         let felt = pressed(&mut two, 4e-3, DVec3::ZERO, 3000)[usize::from(driven_first)].force;
         let row = 1.0 / (1.0 / coupling.stiffness + 1.0 / two.settings_between().stiffness);
-        let expected = row * (4e-3 + coupling.skin);
+        let expected = row * (4e-3 + coupling.contact_offset);
         let direction = if driven_first { DVec3::X } else { DVec3::NEG_X };
         assert!((felt - direction * expected).length() < 1e-6 * expected, "{felt}, not {expected}");
         let [first, second] = two.ticks();

@@ -12,7 +12,7 @@ use palpus_scenes::shape;
 use crate::bench::scale::motion::{PERIOD, nearest_query};
 use crate::bench::scale::pairs::{PAIRS, posed};
 use crate::bench::table::find;
-use crate::bodies;
+use crate::{bodies, gaps};
 
 /// A case before its bodies are prepared.
 pub(super) struct Plan {
@@ -39,7 +39,7 @@ enum Kind {
 enum Tolerance {
     /// Tolerance, m.
     Given(f64),
-    /// 1 % of the smaller body: the default tolerance of scene files.
+    /// The tolerance of a scene file that has the first pose and states no tolerance.
     Chosen,
 }
 
@@ -146,7 +146,7 @@ impl Case {
         };
         let tolerance = match plan.tolerance {
             Tolerance::Given(tolerance) => tolerance,
-            Tolerance::Chosen => CHOSEN * a.size().min(b.size()),
+            Tolerance::Chosen => gaps::tolerance(&a, &b, &stretches[0][0], DEFAULT_TOLERANCE).0,
         };
         Ok(Some(Self { name: plan.name, a, b, stretches, tolerance, coupled: plan.coupled, analytic }))
     }
@@ -154,8 +154,8 @@ impl Case {
 
 /// Pitch of an M16 thread, m.
 const PITCH: f64 = 0.002;
-/// Default tolerance of scene files, as a share of the smaller body.
-const CHOSEN: f64 = 0.01;
+/// Tolerance of a scene file that states none, for large parts without a fit, m.
+const DEFAULT_TOLERANCE: f64 = 1e-3;
 /// Number of sides of the peg and of the hole.
 const SIDES: usize = 32;
 

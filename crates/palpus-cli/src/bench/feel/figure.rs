@@ -1,5 +1,6 @@
 //! The plots of a scene: the force of every method on the same poses, and the force on the normal
-//! hand while this hand held still.
+//! hand while this hand held still. Each method has its own panel, since many curves in one panel
+//! would hide each other.
 
 use super::Outcome;
 use super::ground::{Ground, JUDGED};
@@ -26,29 +27,19 @@ pub(super) fn of_scene(ground: &Ground, curves: &[(&'static str, &Outcome)]) -> 
 }
 
 fn open_loop(ground: &Ground, curves: &[(&'static str, &Outcome)]) -> Figure {
-    let series = |of: &dyn Fn(&Outcome) -> Vec<(f64, f64)>| -> Vec<Series> {
-        let one = |(k, (label, outcome)): (usize, &(&'static str, &Outcome))| Series::new(label, color(k), of(outcome));
-        curves.iter().enumerate().filter(|(_, (_, outcome))| !outcome.curve.times.is_empty()).map(one).collect()
+    let force = |(k, (label, outcome)): (usize, &(&'static str, &Outcome))| {
+        let curve = &outcome.curve;
+        let points = curve.times.iter().zip(&curve.wrenches).map(|(time, felt)| (*time, felt.force.length())).collect();
+        Panel::lines(label, "force, N", vec![Series::new(label, color(k), points)])
     };
-    let felt = |outcome: &Outcome, of: &dyn Fn(&palpus::algebra::Wrench) -> f64| -> Vec<(f64, f64)> {
-        outcome.curve.times.iter().zip(&outcome.curve.wrenches).map(|(time, felt)| (*time, of(felt))).collect()
-    };
-    let steps = |outcome: &Outcome| -> Vec<(f64, f64)> {
-        let pairs = outcome.curve.wrenches.windows(2).zip(outcome.curve.times.iter().skip(1));
-        pairs.map(|(pair, time)| (*time, pair[1].force.distance(pair[0].force))).collect()
-    };
-
+    let is_measured = |(_, (_, outcome)): &(usize, &(&'static str, &Outcome))| !outcome.curve.times.is_empty();
     let depths = ground.depths.iter().enumerate().map(|(k, depth)| ((k * JUDGED) as f64 * TICK, *depth > 0.0));
     Figure {
         bands: bands(depths),
         ..Figure::new(
-            format!("{}, open loop: the same poses for all (shaded: overlapping)", ground.name),
+            format!("{}, open loop: the same poses for all methods (shaded: overlapping)", ground.name),
             "time (s)",
-            vec![
-                Panel::lines("force", "N", series(&|outcome| felt(outcome, &|w| w.force.length()))),
-                Panel::lines("torque", "mN·m", series(&|outcome| felt(outcome, &|w| w.torque.length() * 1e3))),
-                Panel::lines("change of the force in a millisecond", "N", series(&steps)),
-            ],
+            curves.iter().enumerate().filter(is_measured).map(force).collect(),
         )
     }
 }

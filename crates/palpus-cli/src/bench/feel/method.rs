@@ -67,7 +67,7 @@ impl Tuning {
 
 /// Separation at which a method begins to push.
 #[derive(Clone, Copy)]
-pub(super) enum Skin {
+pub(super) enum ContactOffset {
     /// The force begins at the contact tolerance.
     Tolerance,
     /// The force begins at the tool's contact offset.
@@ -76,12 +76,12 @@ pub(super) enum Skin {
     Surface,
 }
 
-impl Skin {
+impl ContactOffset {
     /// Returns the separation at which the force begins (m).
     pub(super) fn width(self, ground: &Ground) -> f64 {
         match self {
             Self::Tolerance => ground.settings.contact_tolerance,
-            Self::Tool => ground.coupled.skin(),
+            Self::Tool => ground.coupled.contact_offset(),
             Self::Surface => 0.0,
         }
     }
@@ -92,7 +92,7 @@ impl Skin {
 pub(super) struct Entry {
     pub(super) name: &'static str,
     pub(super) summary: &'static str,
-    pub(super) skin: Skin,
+    pub(super) contact_offset: ContactOffset,
     /// True if its contacts have dampers.
     pub(super) has_damping: bool,
     /// True if generated energy is damped away at once (`--passive`). In the open loop the method
@@ -114,7 +114,7 @@ impl Entry {
 const PLAIN: Entry = Entry {
     name: "",
     summary: "",
-    skin: Skin::Tolerance,
+    contact_offset: ContactOffset::Tolerance,
     has_damping: false,
     is_passive: false,
     is_costly: false,
@@ -140,7 +140,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "coupled",
         summary: "exact linkage behind the virtual coupling, tuned to the device",
-        skin: Skin::Tool,
+        contact_offset: ContactOffset::Tool,
         has_damping: true,
         build: |ground, tuning| rendered(&ground.coupled, Clustering::Linkage, ground, tuning),
         ..PLAIN
@@ -148,7 +148,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "coupled-smooth",
         summary: "smooth clustering behind the same coupling",
-        skin: Skin::Tool,
+        contact_offset: ContactOffset::Tool,
         has_damping: true,
         build: |ground, tuning| rendered(&ground.coupled, Clustering::Smooth, ground, tuning),
         ..PLAIN
@@ -163,7 +163,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "coupled-passive",
         summary: "coupled-smooth, with passivity",
-        skin: Skin::Tool,
+        contact_offset: ContactOffset::Tool,
         is_passive: true,
         build: |ground, tuning| rendered(&ground.coupled, Clustering::Smooth, ground, tuning),
         ..PLAIN

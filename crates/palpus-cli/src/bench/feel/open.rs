@@ -18,7 +18,7 @@ use palpus::algebra::Wrench;
 use palpus::render::ProbeState;
 
 use super::ground::{Ground, JUDGED};
-use super::method::{Entry, Method, Skin, Tuning};
+use super::method::{ContactOffset, Entry, Method, Tuning};
 use super::row::{Rows, largest, mean, quantile};
 use super::truth;
 use crate::bench::TICK;
@@ -56,9 +56,10 @@ pub(super) struct Played {
 /// Runs the method along the scene's script.
 pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow::Result<Curve> {
     let mut method = entry.build(ground, &tuning(ground))?;
-    let played = play(ground, method.as_mut(), ground.truth.is_some() && matches!(entry.skin, Skin::Tool));
+    let played =
+        play(ground, method.as_mut(), ground.truth.is_some() && matches!(entry.contact_offset, ContactOffset::Tool));
     rows.add("", "deepest seen", "m", played.deepest);
-    judge(ground, entry.skin, &played, rows);
+    judge(ground, entry.contact_offset, &played, rows);
     let times = (0..played.wrenches.len()).map(|k| k as f64 * TICK).collect();
     Ok(Curve { times, wrenches: played.wrenches })
 }
@@ -84,7 +85,7 @@ pub(super) fn play(ground: &Ground, method: &mut dyn Method, is_held: bool) -> P
 }
 
 /// Adds the measures of wrenches along the script, from any engine.
-pub(super) fn judge(ground: &Ground, skin: Skin, played: &Played, rows: &mut Rows) {
+pub(super) fn judge(ground: &Ground, contact_offset: ContactOffset, played: &Played, rows: &mut Rows) {
     let Played { wrenches, still, .. } = played;
     let add = &mut |measure, unit, value| rows.add("", measure, unit, value);
     steps(ground, wrenches, add);
@@ -92,7 +93,7 @@ pub(super) fn judge(ground: &Ground, skin: Skin, played: &Played, rows: &mut Row
         merging(ground, wrenches, add);
     }
     add("pop-throughs", "", pop_throughs(ground, wrenches) as f64);
-    truth::measure(ground, skin, wrenches, still, add);
+    truth::measure(ground, contact_offset, wrenches, still, add);
 }
 
 pub(super) type Add<'a> = &'a mut dyn FnMut(&'static str, &'static str, f64);

@@ -27,7 +27,7 @@ use palpus_scenes::refined;
 use palpus_scenes::truth::Truth;
 
 use super::ground::{Ground, JUDGED};
-use super::method::Skin;
+use super::method::ContactOffset;
 use super::open::{Add, FAINT, angle_between};
 use super::row::{largest, quantile};
 use crate::bench::TICK;
@@ -76,22 +76,29 @@ const REST: Names = [
 
 /// Adds the differences of `wrenches` from the truth, if the scene has a known truth. `still`: the
 /// wrenches at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
-pub(super) fn measure(ground: &Ground, skin: Skin, wrenches: &[Wrench], still: &[Wrench], add: Add<'_>) {
-    let skin = skin.width(ground);
+pub(super) fn measure(
+    ground: &Ground,
+    contact_offset: ContactOffset,
+    wrenches: &[Wrench],
+    still: &[Wrench],
+    add: Add<'_>,
+) {
+    let contact_offset = contact_offset.width(ground);
     if ground.refined.is_some() {
-        let at = |k: usize| Some((shared(ground, skin, k)?, *wrenches.get(k)?));
+        let at = |k: usize| Some((shared(ground, contact_offset, k)?, *wrenches.get(k)?));
         let (wanted, felt): (Vec<True>, Vec<Wrench>) = (0..wrenches.len()).filter_map(at).unzip();
         compare(&wanted, &felt, None, &ALL, add);
         return;
     }
     let Some(truth) = &ground.truth else { return };
-    let direct: Vec<True> = ground.script.iter().map(|probe| direct(truth, &ground.settings, skin, probe)).collect();
+    let direct: Vec<True> =
+        ground.script.iter().map(|probe| direct(truth, &ground.settings, contact_offset, probe)).collect();
     if let Some(gain) = compare(&direct, wrenches, None, &ALL, add) {
         add("felt stiffness", "N/m", gain);
     }
     let Some(springs) = Springs::of(&ground.coupled).filter(|_| !still.is_empty()) else { return };
     let judged = || ground.script.iter().step_by(JUDGED);
-    let sprung: Vec<Wrench> = judged().map(|probe| springs.balance(truth, skin, probe)).collect();
+    let sprung: Vec<Wrench> = judged().map(|probe| springs.balance(truth, contact_offset, probe)).collect();
     let direct: Vec<True> = direct.into_iter().step_by(JUDGED).collect();
     compare(&direct, &sprung, None, &SPRINGS, add);
     let felt: Vec<Wrench> = wrenches.iter().copied().step_by(JUDGED).collect();
@@ -105,11 +112,11 @@ pub(super) fn measure(ground: &Ground, skin: Skin, wrenches: &[Wrench], still: &
 }
 
 /// Returns the true wrench on contacts of unit stiffness.
-pub(super) fn direct(truth: &Truth, settings: &Settings, skin: f64, probe: &ProbeState) -> True {
+pub(super) fn direct(truth: &Truth, settings: &Settings, contact_offset: f64, probe: &ProbeState) -> True {
     let grip = probe.pose_ba.point(settings.grip_a);
     let mut sum = True { force: DVec3::ZERO, torque: Some(DVec3::ZERO) };
     for contact in truth.contacts(&probe.pose_ba) {
-        let push = contact.normal * (skin - contact.separation).max(0.0);
+        let push = contact.normal * (contact_offset - contact.separation).max(0.0);
         sum.force += push;
         sum.torque = sum.torque.zip(contact.point).map(|(sum, point)| sum + (point - grip).cross(push));
     }
@@ -118,12 +125,13 @@ pub(super) fn direct(truth: &Truth, settings: &Settings, skin: f64, probe: &Prob
 
 /// Returns the wrench of a refined truth on contacts of unit stiffness in tick `k`. `None` if the
 /// tick is not judged, or if the two searches for its contacts disagree.
-pub(super) fn shared(ground: &Ground, skin: f64, k: usize) -> Option<True> {
+pub(super) fn shared(ground: &Ground, contact_offset: f64, k: usize) -> Option<True> {
     if !k.is_multiple_of(JUDGED) {
         return None;
     }
     let contacts = ground.refined.as_ref()?.get(k / JUDGED)?.as_ref()?;
-    let (force, torque) = refined::push(contacts, skin, ground.script[k].pose_ba.point(ground.settings.grip_a));
+    let (force, torque) =
+        refined::push(contacts, contact_offset, ground.script[k].pose_ba.point(ground.settings.grip_a));
     Some(True { force, torque })
 }
 
@@ -188,7 +196,7 @@ impl Springs {
     }
 
     /// Returns the wrench about the grip with which true contacts support the tool.
-    fn balance(&self, truth: &Truth, skin: f64, probe: &ProbeState) -> Wrench {
+    fn balance(&self, truth: &Truth, contact_offset: f64, probe: &ProbeState) -> Wrench {
         let hand = probe.pose_ba;
         let grip = hand.point(self.grip_a);
         let (mut shift, mut turn) = (DVec3::ZERO, DVec3::ZERO);
@@ -201,7 +209,7 @@ impl Springs {
                 .into_iter()
                 .filter_map(|contact| {
                     let lever = (contact.point? - grip - shift).cross(contact.normal);
-                    let offset = contact.separation - skin - contact.normal.dot(shift) - lever.dot(turn);
+                    let offset = contact.separation - contact_offset - contact.normal.dot(shift) - lever.dot(turn);
                     Some(Row { normal: contact.normal, lever, offset, push: 0.0 })
                 })
                 .collect();

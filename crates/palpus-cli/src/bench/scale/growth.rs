@@ -160,8 +160,8 @@ fn figure(title: String, x_label: &'static str, rows: &[Row], x: &dyn Fn(&Row) -
                     "µs",
                     vec![
                         curve("median", BLUE, |times| times.micros.p50),
-                        curve("99 %", GREEN, |times| times.micros.p99),
-                        curve("99.9 %", VERMILION, |times| times.micros.p999),
+                        curve("p99", GREEN, |times| times.micros.p99),
+                        curve("p99.9", VERMILION, |times| times.micros.p999),
                     ],
                 ),
                 panel("contacts a tick", "number", vec![curve("contacts", BLUE, |times| times.contacts)]),

@@ -138,7 +138,7 @@ pub(super) fn text(rows: &[Hurried]) -> String {
         for (what, scale, unit, d) in [("force", 1.0, "N", force), ("torque", 1e3, "mN·m", torque)] {
             let said = |x: f64| format!("{:.3}", x * scale);
             text += &format!(
-                "  {what}: to {} {unit}; off by {} in the mean, {} at 99 %, {} at most; largest step {} without the limit, {} with it\n",
+                "  {what}: to {} {unit}; off by {} in the mean, {} (p99), {} at most; largest step {} without the limit, {} with it\n",
                 said(d.most),
                 said(d.mean),
                 said(d.p99),

@@ -4,10 +4,10 @@
 //! 1. *Plan* ([`plan`]): one command for each step, as a user would type it.
 //! 2. *Run* ([`ran`]): the steps run one after another, because most of them measure times. The
 //!    outcome of a step is stored with its files.
-//! 3. *Page* ([`page`], [`paper`], [`sections`]): the page is made from these files ([`data`]), so
-//!    it can be made again without measuring. Every section states whether its figures were
-//!    measured in this run, by which command, and how long it took. Figures from the documentation
-//!    ([`stored`]) are marked.
+//! 3. *Page* ([`page`], [`summary`], [`paper`], [`sections`]): the page is made from these files
+//!    ([`data`]), so it can be made again without measuring. Every section states whether its
+//!    figures were measured in this run, by which command, and how long it took. Figures from the
+//!    documentation ([`stored`]) are marked.
 
 mod data;
 mod machine;
@@ -16,6 +16,7 @@ mod plan;
 mod ran;
 mod sections;
 mod stored;
+mod summary;
 
 use std::path::Path;
 use std::time::Instant;
@@ -135,6 +136,7 @@ pub(super) fn page(folder: &Path) -> anyhow::Result<String> {
     let title = "Six-degree-of-freedom haptic display, reproduced";
     let mut page = Html::new();
     page.element("header", "", |header| head(header, title, &data, &reproduction));
+    summary::summary(&mut page, &data);
     page.contents(&CONTENTS.map(|(id, title)| (id, title.to_owned())));
     paper::claims(&mut page, &data);
     paper::table_1(&mut page, &data, run);
@@ -147,12 +149,13 @@ pub(super) fn page(folder: &Path) -> anyhow::Result<String> {
     sections::pairs(&mut page, &data, run);
     sections::convex(&mut page, &data, run);
     sections::depth(&mut page, &data, run);
+    summary::conclusion(&mut page, &data);
     sections::made(&mut page, &data, &reproduction);
     page.text_in("footer", "", "This page loads no other files, so it can be mailed and stored. Its colours follow the reader's system, and it can be printed.");
     Ok(page.page(title))
 }
 
-const CONTENTS: [(&str, &str); 11] = [
+const CONTENTS: [(&str, &str); 12] = [
     ("table1", "Table 1"),
     ("figure4", "Figure 4"),
     ("figure5", "Figure 5"),
@@ -163,6 +166,7 @@ const CONTENTS: [(&str, &str); 11] = [
     ("pairs", "Real pairs"),
     ("convex", "Convex pairs"),
     ("depth", "Penetration depth"),
+    ("conclusion", "Conclusion"),
     ("made", "How this was made"),
 ];
 

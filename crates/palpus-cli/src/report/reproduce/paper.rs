@@ -100,7 +100,7 @@ pub(super) struct Profile {
     penetrating_share: f64,
     intervals: usize,
     /// Time for each contact without and with overlap, µs.
-    per_contact: [f64; 2],
+    pub(super) per_contact: [f64; 2],
 }
 
 impl Profile {
@@ -149,6 +149,15 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
             );
         }
         let Some(profile) = data.columns("figures", "figure5.csv").as_ref().and_then(Profile::of) else { return };
+        if let Some(passes) = data.json::<Vec<f64>>("figures", "figure5_passes.json") {
+            let [least, most] = [0.0, 1.0].map(|share| quantile(&passes, share));
+            section.paragraph(&format!(
+                "Spread over {} runs: the whole script takes {} to {} ms.",
+                passes.len(),
+                said(least, 3),
+                said(most, 3)
+            ));
+        }
         let row = |what: &str, paper: &str, here: String| vec![what.to_owned(), paper.to_owned(), here];
         let [apart, inside] = profile.per_contact;
         section.table(&Table::new(
@@ -156,14 +165,10 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
             1,
             [
                 row("most contacts in a tick", "30", said(profile.most_contacts, 3)),
-                row("query and force, half of the ticks in contact (µs)", "", said(profile.half, 3)),
+                row("query and force in contact, median (µs)", "", said(profile.half, 3)),
                 row("query and force, slowest tick (µs)", "about 2000", said(profile.most, 3)),
                 row("possible rate, at least (Hz)", "500", said(1e6 / profile.most, 3)),
-                row(
-                    "force computation, half of the ticks (µs)",
-                    "a fraction of the query",
-                    said(profile.force_half, 2),
-                ),
+                row("force computation, median (µs)", "a fraction of the query", said(profile.force_half, 2)),
                 row("query for each contact, bodies apart (µs)", "grows with the contacts", said(apart, 3)),
                 row("query for each contact, penetrating (µs)", "a small increase", said(inside, 3)),
                 row("penetrating (% of the ticks)", "", said(100.0 * profile.penetrating_share, 2)),
@@ -174,14 +179,19 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
 }
 
 /// Largest change of a contact from one tick to the next.
-struct Smoothness {
+pub(super) struct Smoothness {
     point_mm: f64,
-    normal_degrees: f64,
+    pub(super) normal_degrees: f64,
     distance_mm: f64,
     deepest_mm: f64,
 }
 
 impl Smoothness {
+    /// Reads the contacts of Figure 6.
+    pub(super) fn read(data: &Data<'_>) -> Option<Self> {
+        Self::of(&data.columns("figures", "figure6.csv")?)
+    }
+
     fn of(columns: &Columns) -> Option<Self> {
         let vectors = |names: [&str; 3]| {
             let [x, y, z] = names.map(|name| columns.of(name));
@@ -213,7 +223,7 @@ pub(super) fn figure_6(html: &mut Html, data: &Data<'_>, run: &str) {
         if let Some(svg) = data.bytes("figures", "figure6.svg") {
             section.drawing(&svg, "The results here; thick and shaded: penetrating. A tick is a millisecond.");
         }
-        let Some(smooth) = data.columns("figures", "figure6.csv").as_ref().and_then(Smoothness::of) else { return };
+        let Some(smooth) = Smoothness::read(data) else { return };
         let tile = |what: &str, value: String| (what.to_owned(), value, Tone::Plain);
         section.tiles(&[
             tile("largest step of the contact point in a tick", format!("{} mm", said(smooth.point_mm, 3))),

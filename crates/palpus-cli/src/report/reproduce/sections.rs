@@ -127,8 +127,7 @@ pub(super) fn scale(html: &mut Html, data: &Data<'_>, run: &str) {
                 section.drawing(&svg, "");
             }
             let Some(rows) = data.json::<Vec<Value>>(id, &format!("{id}.json")) else { continue };
-            let head =
-                ["", "triangles", "tolerance (mm)", "contacts a tick", "half of all (µs)", "99 %", "99.9 %", "largest"];
+            let head = ["", "triangles", "tolerance (mm)", "contacts a tick", "median (µs)", "p99", "p99.9", "largest"];
             section.table(&Table::new(&head, 1, rows.iter().map(scale_row)));
         }
     });
@@ -202,7 +201,7 @@ fn is_stored(html: &mut Html, file: &str) {
 pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("convex", "Convex pairs, compared with parry, Coal and MuJoCo", |section| {
         section.paragraph(
-            "Penetration depth and distance of two convex hulls, microseconds, half of all poses / 99 %. In \
+            "Penetration depth and distance of two convex hulls, microseconds, median / p99. In \
             coherent motion, such as the motion of a hand, palpus's walk starts at its last result; `proven` \
             adds the certificate that no direction is shorter. The paper states about 100 µs for a depth on its \
             machine, for hulls of any size.",
@@ -242,7 +241,7 @@ fn parry_alone(data: &Data<'_>) -> Option<Table> {
         let name = |k: usize| cells.get(k).copied().unwrap_or("").to_owned();
         vec![name(0), name(1), name(2), micros(4), micros(5)]
     };
-    let head = ["shape", "motion", "method", "half of all (µs)", "99 %"];
+    let head = ["shape", "motion", "method", "median (µs)", "p99"];
     Some(Table::new(&head, 3, text.lines().skip(1).map(row)).titled("palpus and parry"))
 }
 
@@ -317,7 +316,7 @@ fn from_doctor(data: &Data<'_>) -> Vec<(String, String)> {
     add(
         "a bare timer at 1 kHz is late by",
         format!(
-            "{} (half), {} (99.9 %), {} (worst)",
+            "{} (median), {} (p99.9), {} (largest)",
             micros(&["timer", "p50_us"]),
             micros(&["timer", "p999_us"]),
             micros(&["timer", "max_us"])

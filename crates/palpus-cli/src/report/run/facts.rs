@@ -100,7 +100,7 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
                     said(coupling.damping, 3),
                     said(coupling.angular_stiffness, 3),
                     said(coupling.angular_damping, 3),
-                    millimetres(coupling.skin),
+                    millimetres(coupling.contact_offset),
                     said(coupling.mass * 1e3, 3)
                 )
             },

@@ -27,6 +27,10 @@ pub(super) struct Measures {
     pub(super) query: Micros,
     pub(super) force: Micros,
     pub(super) period: Micros,
+    /// Lateness of the ticks; `None` for a run in simulated time.
+    pub(super) lateness: Option<Micros>,
+    /// Ticks that began more than half a period late.
+    pub(super) late: u64,
     pub(super) contacts_mean: f64,
     pub(super) contacts_max: u32,
     pub(super) clusters_max: u32,
@@ -50,6 +54,8 @@ impl Measures {
         let count = |of: &dyn Fn(&RecordRow) -> bool| rows.iter().filter(|row| of(row)).count() as u64;
         let steps = |of: &dyn Fn(&[RecordRow]) -> f64| rows.windows(2).map(of).fold(0.0, f64::max);
         let ticks = rows.len() as u64;
+        let lateness = |row: &RecordRow| row.servo.map_or(0.0, |servo| servo.lateness_s);
+        let is_real = rows.iter().any(|row| lateness(row) > 0.0);
         let length: f64 = rows.iter().map(|row| row.dt).sum();
         Self {
             ticks,
@@ -59,6 +65,8 @@ impl Measures {
             query: Micros::of(rows.iter().map(query_us)),
             force: Micros::of(rows.iter().map(|row| row.force_us)),
             period: Micros::of(rows.windows(2).map(|pair| (seconds(&pair[1]) - seconds(&pair[0])) * 1e6)),
+            lateness: is_real.then(|| Micros::of(rows.iter().map(|row| lateness(row) * 1e6))),
+            late: count(&|row| lateness(row) > 0.5 * row.dt),
             contacts_mean: rows.iter().map(|row| f64::from(row.contacts)).sum::<f64>() / ticks.max(1) as f64,
             contacts_max: rows.iter().map(|row| row.contacts).max().unwrap_or(0),
             clusters_max: rows.iter().map(|row| row.clusters).max().unwrap_or(0),

@@ -160,29 +160,34 @@ impl Run {
         let period = 1e6 / self.recording.header.rate_hz;
         let slow = if m.step.p999 > period { Tone::Warning } else { Tone::Plain };
         let tile = |what: &str, value: String, tone| (what.to_owned(), value, tone);
-        html.tiles(&[
+        let mut tiles = vec![
             tile("ticks", counted(m.ticks), Tone::Plain),
             tile("ticks a second", format!("{} Hz", said(m.rate_hz, 4)), Tone::Plain),
-            tile("engine step, half of all", format!("{} µs", said(m.step.p50, 3)), Tone::Plain),
-            tile("engine step, 99.9 %", format!("{} µs", said(m.step.p999, 3)), slow),
+            tile("engine step, median", format!("{} µs", said(m.step.p50, 3)), Tone::Plain),
+            tile("engine step, p99.9", format!("{} µs", said(m.step.p999, 3)), slow),
             tile("largest force", format!("{} N", said(m.force_max, 3)), Tone::Plain),
             tile("largest torque", format!("{} mN·m", said(m.torque_max * 1e3, 3)), Tone::Plain),
             tile("largest step of the force", format!("{} mN", said(m.force_step_max * 1e3, 3)), Tone::Plain),
             tile("most contacts", counted(m.contacts_max.into()), Tone::Plain),
             tile(depth.0, depth.1, Tone::Plain),
-        ]);
+        ];
+        if m.lateness.is_some() {
+            tiles.push(tile("ticks late by over half a period", counted(m.late), Tone::Plain));
+        }
+        html.tiles(&tiles);
         html.folded("All numbers of the run", |inner| {
             let time = |name: &str, micros: &Micros| {
                 let each = [micros.p50, micros.p99, micros.p999, micros.max].map(|value| said(value, 3));
                 [vec![name.to_owned()], each.to_vec()].concat()
             };
-            let rows = [
+            let mut rows = vec![
                 time("engine step", &m.step),
                 time("contact query", &m.query),
                 time("force computation", &m.force),
                 time("from tick to tick", &m.period),
             ];
-            inner.table(&Table::new(&["time (µs)", "half of all", "99 %", "99.9 %", "largest"], 1, rows));
+            rows.extend(m.lateness.as_ref().map(|lateness| time("lateness of the tick", lateness)));
+            inner.table(&Table::new(&["time (µs)", "median", "p99", "p99.9", "largest"], 1, rows));
             let fact = |name: &str, value: String| (name.to_owned(), value);
             let share = |ticks: u64| {
                 format!("{} ({} %)", number_of(ticks, "tick"), said(100.0 * ticks as f64 / m.ticks.max(1) as f64, 3))
@@ -194,7 +199,7 @@ impl Run {
                 fact("contacts a tick", format!("mean {}, most {}", said(m.contacts_mean, 3), m.contacts_max)),
                 fact("most clusters", m.clusters_max.to_string()),
                 fact("largest step of the torque", format!("{} mN·m", said(m.torque_step_max * 1e3, 3))),
-                fact("cut to the device's limits", share(m.saturated)),
+                fact("saturated at the device's limits", share(m.saturated)),
             ]);
         });
     }

@@ -9,7 +9,7 @@ use crate::soak::machine;
 impl Micros {
     fn in_words(&self) -> String {
         let Self { p50, p99, p999, p9999, max } = self;
-        format!("{p50:.1} µs (half), {p99:.1} (99 %), {p999:.1} (99.9 %), {p9999:.0} (99.99 %), {max:.0} (worst)")
+        format!("{p50:.1} µs (median), {p99:.1} (p99), {p999:.1} (p99.9), {p9999:.0} (p99.99), {max:.0} (largest)")
     }
 }
 
@@ -44,7 +44,7 @@ impl Report {
         let row = self.rows.last().copied().unwrap_or_default();
         let late = self.late_share() * 100.0;
         format!(
-            "{} of {}: {:.0} Hz, step {:.0} µs (99 %), {late:.3} % late, {} faults, {}",
+            "{} of {}: {:.0} Hz, step {:.0} µs (p99), {late:.3} % late, {} faults, {}",
             spoken(self.whole.span[1]),
             spoken(self.planned.as_secs_f64()),
             row.rate_hz,

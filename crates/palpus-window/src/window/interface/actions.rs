@@ -82,13 +82,9 @@ impl Interface<'_> {
 
     fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
         match action {
-            SceneAction::Look(view) => self.view.look(view),
-            SceneAction::Everything => self.view.see_everything(),
-            SceneAction::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
-            SceneAction::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
-            SceneAction::Theme => self.view.turn_theme(context, &mut self.scene, &mut self.style),
             SceneAction::Picture => self.picture(context),
             SceneAction::Keys => self.help ^= true,
+            of_scene => self.view.act(context, of_scene, &mut self.scene, &mut self.style),
         }
     }
 

@@ -21,9 +21,9 @@ use eframe::egui;
 use palpus::algebra::Pose;
 use palpus_device::Cuts;
 
-use super::dress::dress;
 use super::keys::{self as key_list, SceneAction};
 use super::shell::{self, Status};
+use super::theme::apply_theme;
 use super::view3d::View3d;
 use super::{WindowError, overlay};
 use crate::moments::{Moments, Progress};
@@ -118,7 +118,7 @@ impl Player {
     fn new(creation: &eframe::CreationContext<'_>, replayed: Replayed) -> Result<Self, String> {
         let Replayed { mut scene, ticks, moments, begin } = replayed;
         let style = Style { theme: Theme::Dark, ..Style::default() };
-        dress(&creation.egui_ctx, style.theme);
+        apply_theme(&creation.egui_ctx, style.theme);
         let begin = ticks.get(begin.min(ticks.len().saturating_sub(1))).ok_or("the recording has no ticks")?;
         if let Some(probe) = scene.bodies.first_mut() {
             probe.pose = begin.pose;
@@ -186,13 +186,9 @@ impl Player {
 
     fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
         match action {
-            SceneAction::Look(view) => self.view.look(view),
-            SceneAction::Everything => self.view.see_everything(),
-            SceneAction::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
-            SceneAction::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
-            SceneAction::Theme => self.view.turn_theme(context, &mut self.scene, &mut self.style),
             SceneAction::Picture => self.status.screenshot(context),
             SceneAction::Keys => self.help ^= true,
+            of_scene => self.view.act(context, of_scene, &mut self.scene, &mut self.style),
         }
     }
 

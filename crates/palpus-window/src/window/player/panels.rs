@@ -19,6 +19,7 @@ impl Player {
     pub(super) fn side(&mut self, ui: &mut egui::Ui) {
         let tick = self.tick();
         let now = self.ticks[tick];
+        ui.add_space(shell::TOP);
         ui.heading(&self.scene.title);
         self.words_of_progress(ui, tick);
         ui.separator();

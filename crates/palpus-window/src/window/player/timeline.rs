@@ -10,6 +10,7 @@ use eframe::egui::{self, Color32, FontId, Pos2, Rect, Sense, Stroke, vec2};
 use super::ReplayedTick;
 use crate::picture::Rgb;
 use crate::style::Theme;
+use crate::window::columns::{Column, columns};
 use crate::window::view3d::colour;
 
 /// A value of every tick.
@@ -41,8 +42,8 @@ pub(super) struct Timeline {
 /// Assignment of ticks to columns, for one width.
 struct Columns {
     width: usize,
-    /// Smallest and largest value of each curve and column; `None` for a column without ticks.
-    ranges: Vec<Vec<Option<[f64; 2]>>>,
+    /// The range of each curve in each column.
+    ranges: Vec<Vec<Column>>,
     overlapping: Vec<bool>,
     marked: Vec<Option<Mark>>,
 }
@@ -101,12 +102,12 @@ impl Timeline {
         if self.columns.as_ref().is_none_or(|columns| columns.width != width) {
             self.columns = Some(self.divided(width));
         }
-        let Some(columns) = &self.columns else { return None };
+        let Some(divided) = &self.columns else { return None };
         let tall = rect.height() / self.curves.len().max(1) as f32;
         for (k, curve) in self.curves.iter().enumerate() {
             let top = plot.top() + k as f32 * tall;
             let strip = Rect::from_min_max(Pos2::new(plot.left(), top), Pos2::new(plot.right(), top + tall - GAP));
-            self.strip(ui, columns, k, curve, strip, theme, tick);
+            self.strip(ui, divided, k, curve, strip, theme, tick);
         }
         let end = self.end().max(f64::MIN_POSITIVE);
         let x = |time: f64| plot.left() + (time / end) as f32 * plot.width();
@@ -199,31 +200,20 @@ impl Timeline {
                 *slot = Some(*mark);
             }
         }
+        let place = |time: f64| time / end;
         let ranges = self.curves.iter().map(|curve| {
-            let mut ranges: Vec<Option<[f64; 2]>> = vec![None; width];
-            for (time, value) in self.times.iter().zip(&curve.values).filter(|(_, value)| value.is_finite()) {
-                let range = ranges[column(*time)].get_or_insert([*value; 2]);
-                *range = [range[0].min(*value), range[1].max(*value)];
-            }
-            // With fewer ticks than columns, a column repeats the previous value.
-            let mut last = None;
-            for range in &mut ranges {
-                match range {
-                    Some(known) => last = Some([known[1]; 2]),
-                    none => *none = last,
-                }
-            }
-            ranges
+            columns(self.times.iter().zip(&curve.values).map(|(time, value)| (place(*time), *value)), width)
         });
         let ranges = ranges.collect();
         Columns { width, ranges, overlapping, marked }
     }
 }
 
-/// Formats with three significant digits.
+/// Formats with three significant digits, and whole numbers without a fraction.
 fn said(value: f64) -> String {
     match value.abs() {
         _ if !value.is_finite() => "none".to_owned(),
+        size if size.fract() == 0.0 => format!("{value:.0}"),
         size if size >= 100.0 => format!("{value:.0}"),
         size if size >= 10.0 => format!("{value:.1}"),
         _ => format!("{value:.2}"),
@@ -251,6 +241,15 @@ mod tests {
             assert_eq!(columns.marked[(0.6 / 0.999 * width as f64) as usize], Some(Mark::Fault));
             assert!(columns.overlapping[width - 1] && !columns.overlapping[0]);
         }
+    }
+
+    #[test]
+    fn steps_between_columns_are_joined() {
+        let times: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-3).collect();
+        let values = (0..1000).map(|k| f64::from(k % 2)).collect();
+        let curve = Curve { name: "contacts", values, colour: |theme| theme.colours().force };
+        let columns = Timeline::new(times, vec![curve], vec![false; 1000], Vec::new()).divided(1000);
+        assert!(columns.ranges[0][2..].iter().all(|range| *range == Some([0.0, 1.0])));
     }
 
     #[test]

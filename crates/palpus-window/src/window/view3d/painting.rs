@@ -8,13 +8,13 @@ use eframe::{egui_glow, glow};
 use glam::{DMat4, DVec3};
 use palpus::algebra::Pose;
 
-use super::{Area, Easel, View3d, colour};
+use super::{Area, PaintState, View3d, colour};
 use crate::marks::{self, Label, Marks, NOMINAL_HEIGHT, Triangles};
 use crate::paint::{COVER_ALONG, COVER_SQUARE, GHOST_COVER};
 use crate::picture::Rgb;
 use crate::scene::{Look, Scene};
 use crate::style::Style;
-use crate::window::gl::{Artist, Drawing, DrawnBody, projection, view};
+use crate::window::gl::{Drawing, DrawnBody, GlScene, projection, view};
 use crate::window::{compass, floor};
 
 /// Largest number of drawn dots; more could not be distinguished.
@@ -43,11 +43,11 @@ impl View3d {
         for (triangles, colour) in more {
             drawing.mark(&view, triangles, *colour);
         }
-        let easel = Arc::clone(&self.easel);
+        let paint = Arc::clone(&self.paint);
         let callback = egui_glow::CallbackFn::new(move |info, painter| {
-            if let Ok(mut easel) = easel.lock() {
+            if let Ok(mut paint) = paint.lock() {
                 let seen = info.viewport_in_pixels();
-                easel.draw(painter.gl(), &drawing, [seen.left_px, seen.from_bottom_px, seen.width_px, seen.height_px]);
+                paint.draw(painter.gl(), &drawing, [seen.left_px, seen.from_bottom_px, seen.width_px, seen.height_px]);
             }
         });
         ui.painter().add(egui::PaintCallback { rect: area.rect, callback: Arc::new(callback) });
@@ -58,10 +58,10 @@ impl View3d {
     /// Fills the view in the background.
     fn background(&self, ui: &egui::Ui, rect: Rect, style: &Style) {
         let colours = style.theme.colours();
-        let easel = Arc::clone(&self.easel);
+        let paint = Arc::clone(&self.paint);
         let callback = egui_glow::CallbackFn::new(move |_, painter| {
-            if let Ok(easel) = easel.lock() {
-                easel.backdrop.draw(painter.gl(), colours.above, colours.below);
+            if let Ok(paint) = paint.lock() {
+                paint.backdrop.draw(painter.gl(), colours.above, colours.below);
             }
         });
         ui.painter().add(egui::PaintCallback { rect, callback: Arc::new(callback) });
@@ -134,15 +134,15 @@ impl View3d {
     }
 }
 
-impl Easel {
+impl PaintState {
     fn draw(&mut self, gl: &glow::Context, drawing: &Drawing, viewport: [i32; 4]) {
         if let Some(solids) = self.wanted.take() {
-            match Artist::new(gl, &solids, self.piece_lightness) {
-                Ok(artist) => std::mem::replace(&mut self.artist, artist).destroy(gl),
+            match GlScene::new(gl, &solids, self.piece_lightness) {
+                Ok(gl_scene) => std::mem::replace(&mut self.gl_scene, gl_scene).destroy(gl),
                 Err(error) => self.trouble = Some(error),
             }
         }
-        self.artist.draw(gl, drawing, viewport);
+        self.gl_scene.draw(gl, drawing, viewport);
         let now = Instant::now();
         self.frames += 1;
         self.drawn.get_or_insert([now, now])[1] = now;

@@ -28,7 +28,7 @@ const KEYS: [(Key, Action, &str, &str); 16] = [
     (Key::OpenBracket, Action::Earlier, "[", "the piece before"),
     (Key::CloseBracket, Action::Later, "]", "the piece after"),
     (Key::Escape, Action::Unpick, "Esc", "no piece"),
-    (Key::G, Action::Face, "G", "look at the picked piece's own faces"),
+    (Key::G, Action::Face, "G", "look at the picked piece's faces on the surface"),
     (Key::D, Action::Section, "D", "depth on a plane"),
     (Key::X, Action::Across(Axis::X), "X", "plane across x"),
     (Key::Y, Action::Across(Axis::Y), "Y", "plane across y"),

@@ -22,13 +22,13 @@ use eframe::egui::{self, TextureHandle};
 use palpus::body::Body;
 
 use super::WindowError;
-use super::behind::Behind;
-use super::dress::dress;
+use super::background::Background;
 use super::keys::{self as key_list, SceneAction};
 use super::shell::{self, Status};
+use super::theme::apply_theme;
 use super::view3d::View3d;
 use crate::camera::Camera;
-use crate::gauss::before_own_faces;
+use crate::gauss::before_surface_faces;
 use crate::picture::Picture;
 use crate::piece::PieceNumbers;
 use crate::scene::{Look, Scene, Unit};
@@ -37,7 +37,7 @@ use crate::section_panel::Shown;
 use crate::style::{Style, Theme};
 use keys::Action;
 use shown::bodies;
-use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section_feeler};
+use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section_sampler};
 
 /// Lengths, points.
 const SIDE: f32 = 330.0;
@@ -96,10 +96,10 @@ struct Viewer {
     view: View3d,
     help: bool,
     status: Status,
-    gauss: Behind<GaussQuestion, Picture>,
+    gauss: Background<GaussQuestion, Picture>,
     gauss_asked: Option<GaussQuestion>,
     gauss_picture: Option<TextureHandle>,
-    section: Behind<SectionQuestion, SectionAnswer>,
+    section: Background<SectionQuestion, SectionAnswer>,
     section_asked: Option<SectionQuestion>,
     section_known: Option<SectionAnswer>,
     section_picture: Option<TextureHandle>,
@@ -109,7 +109,7 @@ impl Viewer {
     fn new(creation: &eframe::CreationContext<'_>, viewed: Viewed) -> Result<Self, String> {
         let Viewed { body, name, unit, spread, piece, plane, theme } = viewed;
         let context = &creation.egui_ctx;
-        dress(context, theme);
+        apply_theme(context, theme);
         let look = Look { pieces: true, ..Look::default() };
         let bodies = bodies(&body, spread, piece, look, theme);
         let scene = Scene { bodies, title: name, unit, ..Scene::default() };
@@ -118,7 +118,7 @@ impl Viewer {
         let (for_gauss, for_section) = (context.clone(), context.clone());
         let mut viewer = Self {
             gauss: gauss_painter(Arc::clone(&body), move || for_gauss.request_repaint()),
-            section: section_feeler(Arc::clone(&body), unit, move || for_section.request_repaint()),
+            section: section_sampler(Arc::clone(&body), unit, move || for_section.request_repaint()),
             plane: plane.unwrap_or_else(|| SectionPlane::through(&body, Axis::Y, 0.5)),
             cut: plane.is_some(),
             shown: Shown::Felt,
@@ -171,7 +171,7 @@ impl Viewer {
             Action::Unpick => self.pick(None),
             Action::Face => {
                 if let Some(piece) = self.piece {
-                    self.view.turn_as(&before_own_faces(&self.body, piece));
+                    self.view.turn_as(&before_surface_faces(&self.body, piece));
                 }
             }
             Action::Section => self.cut ^= true,
@@ -193,17 +193,15 @@ impl Viewer {
 
     fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
         match action {
-            SceneAction::Look(view) => self.view.look(view),
-            SceneAction::Everything => self.view.see_everything(),
             SceneAction::Pieces => self.look.pieces ^= true,
             SceneAction::Wires => self.look.wireframe ^= true,
-            SceneAction::Theme => {
-                self.style.theme = self.style.theme.other();
-                dress(context, self.style.theme);
-                self.rebuild();
-            }
             SceneAction::Picture => self.status.screenshot(context),
             SceneAction::Keys => self.help ^= true,
+            of_scene => self.view.act(context, of_scene, &mut self.scene, &mut self.style),
+        }
+        if action == SceneAction::Theme {
+            // The colours of a picked piece depend on the theme.
+            self.rebuild();
         }
     }
 

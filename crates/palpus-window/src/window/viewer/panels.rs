@@ -10,7 +10,7 @@ use crate::scene::Unit;
 use crate::section::Axis;
 use crate::section_panel::{Shown, contour_step, depth_colour};
 use crate::section_picture::length_name;
-use crate::window::dress::small;
+use crate::window::theme::small;
 use crate::window::{keys, shell};
 
 /// Largest spread of the pieces.
@@ -23,6 +23,7 @@ impl Viewer {
     /// Draws the panel on the right (step 3).
     pub(super) fn side(&mut self, ui: &mut egui::Ui) {
         let mesh = self.body.mesh();
+        ui.add_space(shell::TOP);
         ui.heading(&self.scene.title);
         let state = if mesh.is_closed() { "closed" } else { "open" };
         // A number and its unit stay on one line.
@@ -68,7 +69,7 @@ impl Viewer {
                 self.pick(Some(piece));
             }
             if self.piece.is_some() {
-                if ui.button("its own side (G)").clicked() {
+                if ui.button("face it (G)").clicked() {
                     self.act(&ui.ctx().clone(), Action::Face);
                 }
                 if ui.button("none (Esc)").clicked() {
@@ -92,8 +93,8 @@ impl Viewer {
                 ("of the mesh", numbers.original_faces.to_string()),
                 ("virtual", numbers.virtual_faces.to_string()),
                 ("vertices", numbers.vertices.to_string()),
-                ("edges, own arcs", format!("{}, {}", numbers.edges, numbers.arcs)),
-                ("owned directions", format!("{:.1} %", 100.0 * numbers.owned)),
+                ("edges, surface arcs", format!("{}, {}", numbers.edges, numbers.arcs)),
+                ("admissible directions", format!("{:.1} %", 100.0 * numbers.owned)),
                 ("triangles", numbers.triangles.to_string()),
                 ("volume", format!("{:.4e} {unit}", numbers.volume)),
             ],
@@ -123,14 +124,14 @@ impl Viewer {
     /// Draws the panel of depths on the plane, on the left.
     pub(super) fn depth_side(&mut self, ui: &mut egui::Ui) {
         let [low, high] = self.range();
+        ui.add_space(shell::TOP);
         ui.horizontal(|ui| {
-            ui.label("at (, .)");
+            ui.label("position (, .)");
             ui.add(egui::Slider::new(&mut self.plane.offset, low..=high));
         });
         if self.body.mesh().is_closed() {
             ui.horizontal(|ui| {
-                for (shown, name) in [(Shown::Felt, "felt"), (Shown::True, "true"), (Shown::Missing, "true less felt")]
-                {
+                for (shown, name) in [(Shown::Felt, "felt"), (Shown::True, "true"), (Shown::Missing, "true − felt")] {
                     ui.selectable_value(&mut self.shown, shown, name);
                 }
                 ui.label("(V)");
@@ -172,10 +173,11 @@ fn section_words(known: &SectionAnswer, unit: Unit, busy: bool) -> String {
     if !known.section.closed {
         return format!("open mesh: no inside; felt up to {felt}{going}");
     }
-    let median = numbers.ratio[1].map_or(String::new(), |ratio| format!(" · median {:.1} % of it", 100.0 * ratio));
+    let median =
+        numbers.ratio[1].map_or(String::new(), |ratio| format!(" · felt / true depth: median {:.1} %", 100.0 * ratio));
     let unseen = 100.0 * numbers.unseen as f64 / numbers.inside.max(1) as f64;
     let deepest = length_name(numbers.deepest, unit);
-    format!("up to {deepest} deep, felt {felt}{median} · not felt {unseen:.2} % of the inside{going}")
+    format!("true depth up to {deepest} · felt up to {felt}{median} · no contact in {unseen:.2} % of the inside{going}")
 }
 
 /// Draws the colours of depths up to `deepest`.

@@ -9,10 +9,10 @@ use crate::camera::Camera;
 use crate::gauss::paint_gauss_half;
 use crate::picture::Picture;
 use crate::scene::Unit;
-use crate::section::{Feeler, Section, SectionNumbers, SectionPlane};
+use crate::section::{PointProbe, Section, SectionNumbers, SectionPlane};
 use crate::section_panel::{SectionOf, Shown, paint_section_panel};
 use crate::style::Theme;
-use crate::window::behind::{Behind, Desk};
+use crate::window::background::{Background, JobState};
 
 /// Samples along the longer side of a section: first few, then more.
 const FINENESSES: [usize; 3] = [48, 120, 280];
@@ -31,13 +31,13 @@ pub(super) struct GaussQuestion {
 pub(super) fn gauss_painter(
     body: Arc<Body>,
     wake: impl Fn() + Send + Sync + 'static,
-) -> Behind<GaussQuestion, Picture> {
-    Behind::new(wake, move |asked: GaussQuestion, desk: &Desk<GaussQuestion, Picture>| {
+) -> Background<GaussQuestion, Picture> {
+    Background::new(wake, move |asked: GaussQuestion, state: &JobState<GaussQuestion, Picture>| {
         let GaussQuestion { piece, from, theme, size } = asked;
         // The first map is coarse, because the view may still be turning.
         for size in [size / 2, size] {
-            if !desk.is_superseded() {
-                desk.answer(paint_gauss_half(&body, piece, &from, theme, size));
+            if !state.is_superseded() {
+                state.answer(paint_gauss_half(&body, piece, &from, theme, size));
             }
         }
     })
@@ -61,25 +61,25 @@ pub(super) struct SectionAnswer {
 }
 
 /// Starts a thread that computes sections: first coarse, then finer.
-pub(super) fn section_feeler(
+pub(super) fn section_sampler(
     body: Arc<Body>,
     unit: Unit,
     wake: impl Fn() + Send + Sync + 'static,
-) -> Behind<SectionQuestion, SectionAnswer> {
-    let mut feeler: Option<Feeler> = None;
+) -> Background<SectionQuestion, SectionAnswer> {
+    let mut probe: Option<PointProbe> = None;
     let mut known: Option<Arc<Section>> = None;
-    Behind::new(wake, move |asked: SectionQuestion, desk: &Desk<SectionQuestion, SectionAnswer>| {
-        if feeler.is_none() {
-            feeler = Feeler::new(&body).ok();
+    Background::new(wake, move |asked: SectionQuestion, state: &JobState<SectionQuestion, SectionAnswer>| {
+        if probe.is_none() {
+            probe = PointProbe::new(&body).ok();
         }
-        let Some(feeler) = feeler.as_mut() else { return };
+        let Some(probe) = probe.as_mut() else { return };
         for fineness in FINENESSES {
             let had = known.take().filter(|known| known.plane == asked.plane);
             let fine = Section::laid(&body, asked.plane, fineness);
             let section = match had {
                 Some(had) if had.cell <= fine.cell => had,
                 had => {
-                    let Some(felt) = felt(fine, feeler, desk) else {
+                    let Some(felt) = felt(fine, probe, state) else {
                         known = had;
                         return;
                     };
@@ -88,8 +88,8 @@ pub(super) fn section_feeler(
             };
             known = Some(Arc::clone(&section));
             let last = section.cell <= Section::laid(&body, asked.plane, FINENESSES[FINENESSES.len() - 1]).cell;
-            desk.answer(answered(&body, &asked, section, unit));
-            if last || desk.is_superseded() {
+            state.answer(answered(&body, &asked, section, unit));
+            if last || state.is_superseded() {
                 return;
             }
         }
@@ -97,12 +97,12 @@ pub(super) fn section_feeler(
 }
 
 /// Computes all rows, unless a newer request arrives.
-fn felt<Q, A>(mut section: Section, feeler: &mut Feeler, desk: &Desk<Q, A>) -> Option<Section> {
+fn felt<Q, A>(mut section: Section, probe: &mut PointProbe, state: &JobState<Q, A>) -> Option<Section> {
     for row in 0..section.rows {
-        if desk.is_superseded() {
+        if state.is_superseded() {
             return None;
         }
-        let samples = section.feel_row(row, feeler);
+        let samples = section.feel_row(row, probe);
         section.samples.extend(samples);
     }
     Some(section)
@@ -134,15 +134,15 @@ mod tests {
         let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
         let plane = SectionPlane::through(&body, Axis::Z, 0.5);
         let (woken, waking) = channel();
-        let behind = section_feeler(Arc::clone(&body), Unit::Model, move || {
+        let background = section_sampler(Arc::clone(&body), Unit::Model, move || {
             let _ = woken.send(());
         });
         let finest = |shown| {
-            behind.ask(SectionQuestion { plane, shown, theme: Theme::Dark, width: 60 });
+            background.ask(SectionQuestion { plane, shown, theme: Theme::Dark, width: 60 });
             let mut last = None;
-            while behind.is_busy() {
+            while background.is_busy() {
                 waking.recv().expect("the job wakes the window");
-                last = behind.answer().or(last.take());
+                last = background.answer().or(last.take());
             }
             last.expect("the job has answered")
         };

@@ -37,7 +37,7 @@ use glam::DVec3;
 use self::inward_path::{PathPoint, inward_path};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{
-    FENCE_PLANES, FLAT_PATCH, THICK_CORNERS, THICK_ENTERED, THICK_HONEST, THICK_MERGED, THICK_PATCH, THICK_RETREATS,
+    FENCE_PLANES, FLAT_PATCH, THICK_CORNERS, THICK_DEPTH, THICK_ENTERED, THICK_MERGED, THICK_PATCH, THICK_RETREATS,
     THICK_SHARES, WIDE_FACET,
 };
 use crate::body::decompose::Patch;
@@ -105,7 +105,7 @@ fn candidates(
     let mut add = |from: DVec3, path: &[PathPoint]| {
         for &PathPoint { point, distance } in path {
             let below = patch.facets.iter().map(|&f| -facets.plane(f).height(point)).fold(f64::INFINITY, f64::min);
-            if below > FLAT_PATCH * surface.noise() && below <= THICK_HONEST * distance {
+            if below > FLAT_PATCH * surface.noise() && below <= THICK_DEPTH * distance {
                 candidates.push(Candidate { from, point, below });
             }
         }

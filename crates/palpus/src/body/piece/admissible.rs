@@ -5,11 +5,11 @@
 //! the source mesh has this normal at the patch. The admissible normals are:
 //!
 //! * The normal of each face of the piece in which triangles of the patch lie. These faces are
-//!   called *own faces*.
-//! * At an edge of an own face where the mesh bends outward: the arc from the face's normal to the
-//!   normal of the mesh on the other side. The other side may belong to another piece. The normal
-//!   at the end of the arc is called *borrowed*.
-//! * At an edge of an own face where the mesh bends inward: only the face's normal.
+//!   called *surface faces*.
+//! * At an edge of a surface face where the mesh bends outward: the arc from the face's normal to
+//!   the normal of the mesh on the other side. The other side may belong to another piece. The
+//!   normal at the end of the arc is called *borrowed*.
+//! * At an edge of a surface face where the mesh bends inward: only the face's normal.
 //! * At a vertex: every direction along which no neighbouring mesh vertex is higher.
 //!
 //! Each admissible normal is a support direction of the piece. The piece lies within the solid, so
@@ -19,7 +19,7 @@
 //!
 //! Borrowed normals make the minimum depth over a piece's normals continuous in the pose. When an
 //! edge pair disappears at the end of an arc, the borrowed normal at this end has the same depth as
-//! the edge pair. The neighbour's own face also has this depth.
+//! the edge pair. The neighbour's surface face also has this depth.
 //!
 //! Deviation from \[K02\]: the paper distinguishes original and virtual features, but does not
 //! limit the arc of an edge.
@@ -42,9 +42,9 @@ use crate::body::{Feature, Mesh, Piece, Polytope, Provenance};
 #[derive(Clone, Debug, Default)]
 pub struct Admissible {
     pieces: Vec<Range>,
-    faces: Vec<OwnFace>,
+    faces: Vec<SurfaceFace>,
     borrowed: Vec<Borrowed>,
-    arcs: Vec<OwnArc>,
+    arcs: Vec<SurfaceArc>,
     /// For each vertex of each piece, the mesh vertex at the same position, or [`NONE`].
     corners: Vec<u32>,
     caps: Vec<Cap>,
@@ -65,7 +65,7 @@ struct Range {
 
 /// A face of a piece in which triangles of its patch lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OwnFace {
+pub struct SurfaceFace {
     /// Index of the face in the polytope.
     pub face: u32,
     /// True if the triangles cover the whole face.
@@ -85,12 +85,12 @@ pub struct Borrowed {
 
 /// The admissible normals at an edge: an arc of a great circle on the Gauss sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OwnArc {
+pub struct SurfaceArc {
     /// Index of the edge in the polytope.
     pub edge: u32,
     /// Number of the plane to the left of the edge. A number less than the face count is a face of
     /// the polytope. Otherwise the number minus the face count is an index into
-    /// [`OwnNormals::borrowed`].
+    /// [`AdmissibleNormals::borrowed`].
     pub left: u32,
     /// Number of the plane to the right of the edge, counted as in `left`.
     pub right: u32,
@@ -99,9 +99,9 @@ pub struct OwnArc {
 impl Admissible {
     /// Returns the admissible normals of piece `k`, whose shape is `polytope`.
     #[inline]
-    pub fn of<'a>(&'a self, k: u32, polytope: &'a Polytope, mesh: &'a Mesh) -> OwnNormals<'a> {
+    pub fn of<'a>(&'a self, k: u32, polytope: &'a Polytope, mesh: &'a Mesh) -> AdmissibleNormals<'a> {
         let (from, to) = (self.pieces[k as usize], self.pieces[k as usize + 1]);
-        OwnNormals {
+        AdmissibleNormals {
             all: self,
             mesh,
             polytope,
@@ -137,18 +137,18 @@ impl Admissible {
 
 /// The admissible normals of one piece.
 #[derive(Clone, Copy, Debug)]
-pub struct OwnNormals<'a> {
+pub struct AdmissibleNormals<'a> {
     all: &'a Admissible,
     mesh: &'a Mesh,
     polytope: &'a Polytope,
-    faces: &'a [OwnFace],
+    faces: &'a [SurfaceFace],
     borrowed: &'a [Borrowed],
-    arcs: &'a [OwnArc],
+    arcs: &'a [SurfaceArc],
     corners: &'a [u32],
     cap: Cap,
 }
 
-impl<'a> OwnNormals<'a> {
+impl<'a> AdmissibleNormals<'a> {
     /// Returns the shape of the piece.
     #[inline]
     pub fn polytope(&self) -> &'a Polytope {
@@ -163,7 +163,7 @@ impl<'a> OwnNormals<'a> {
 
     /// Returns the faces in which triangles of the patch lie, by ascending index.
     #[inline]
-    pub fn faces(&self) -> &'a [OwnFace] {
+    pub fn faces(&self) -> &'a [SurfaceFace] {
         self.faces
     }
 
@@ -175,17 +175,17 @@ impl<'a> OwnNormals<'a> {
 
     /// Returns the arcs, by ascending index of their edge.
     #[inline]
-    pub fn arcs(&self) -> &'a [OwnArc] {
+    pub fn arcs(&self) -> &'a [SurfaceArc] {
         self.arcs
     }
 
     /// Returns the unit normals at the two ends of an arc, left and right.
     #[inline]
-    pub fn ends(&self, arc: &OwnArc) -> [DVec3; 2] {
+    pub fn ends(&self, arc: &SurfaceArc) -> [DVec3; 2] {
         [arc.left, arc.right].map(|plane| self.plane(plane).normal)
     }
 
-    /// Returns the plane with the number `index`, as stored in [`OwnArc::left`].
+    /// Returns the plane with the number `index`, as stored in [`SurfaceArc::left`].
     #[inline]
     pub fn plane(&self, index: u32) -> Plane {
         match (index as usize).checked_sub(self.polytope.face_count()) {
@@ -194,16 +194,16 @@ impl<'a> OwnNormals<'a> {
         }
     }
 
-    /// Returns the own face with index `face`; `None` if no triangles of the patch lie in that
+    /// Returns the surface face with index `face`; `None` if no triangles of the patch lie in that
     /// face.
     #[inline]
-    pub fn own_face(&self, face: u32) -> Option<&'a OwnFace> {
+    pub fn surface_face(&self, face: u32) -> Option<&'a SurfaceFace> {
         self.faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| &self.faces[k])
     }
 
     /// Returns the arc of an edge; `None` if the edge has no arc.
     #[inline]
-    pub fn arc_at(&self, edge: u32) -> Option<&'a OwnArc> {
+    pub fn arc_at(&self, edge: u32) -> Option<&'a SurfaceArc> {
         self.arcs.binary_search_by_key(&edge, |arc| arc.edge).ok().map(|k| &self.arcs[k])
     }
 
@@ -233,7 +233,7 @@ impl<'a> OwnNormals<'a> {
             None => {
                 let Sides { left, right } = self.sides(edge);
                 [left, right].into_iter().any(|face| {
-                    self.own_face(face).is_some()
+                    self.surface_face(face).is_some()
                         && self.polytope.plane(face).normal.distance_squared(direction)
                             <= ADMISSIBLE_ANGLE * ADMISSIBLE_ANGLE
                 })
@@ -246,7 +246,7 @@ impl<'a> OwnNormals<'a> {
         Sides { left: edge.left, right: edge.right }
     }
 
-    fn arc_holds(&self, arc: &OwnArc, direction: DVec3) -> bool {
+    fn arc_holds(&self, arc: &SurfaceArc, direction: DVec3) -> bool {
         let [left, right] = self.ends(arc);
         let edge = self.polytope.edge(arc.edge);
         let along = self.polytope.vertex(edge.head) - self.polytope.vertex(edge.tail);
@@ -264,27 +264,28 @@ impl<'a> OwnNormals<'a> {
     pub fn holds(&self, piece: &Piece, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         match feature {
             Feature::Face(face) => {
-                self.own_face(face)
+                self.surface_face(face)
                     .is_some_and(|own| own.whole || lies_on(piece.face_triangles(face), self.mesh, point))
                     && self.polytope.plane(face).normal.dot(outward) > 0.0
             }
             Feature::Edge(edge) => self.edge_faces(edge, outward),
-            Feature::Vertex(vertex) => self.vertex_owns(vertex, outward),
+            Feature::Vertex(vertex) => self.vertex_admits(vertex, outward),
         }
     }
 
     /// Returns true if `direction` is admissible at `vertex`. There are two conditions. The
-    /// normal of an own face at the vertex has a positive component along `direction`, and no
+    /// normal of a surface face at the vertex has a positive component along `direction`, and no
     /// neighbouring mesh vertex is higher along `direction`. `direction` must be a unit vector in
     /// the piece's frame and a support direction at the vertex.
-    pub fn vertex_owns(&self, vertex: u32, direction: DVec3) -> bool {
+    pub fn vertex_admits(&self, vertex: u32, direction: DVec3) -> bool {
         self.vertex_faces(vertex, direction) && self.all.is_highest(self.mesh, self.corners[vertex as usize], direction)
     }
 
-    /// Returns true if the normal of an own face at the vertex has a positive component along
+    /// Returns true if the normal of a surface face at the vertex has a positive component along
     /// `direction`.
     fn vertex_faces(&self, vertex: u32, direction: DVec3) -> bool {
-        let faces_it = |face| self.own_face(face).is_some() && self.polytope.plane(face).normal.dot(direction) > 0.0;
+        let faces_it =
+            |face| self.surface_face(face).is_some() && self.polytope.plane(face).normal.dot(direction) > 0.0;
         self.polytope.ring(vertex).iter().any(|spoke| faces_it(spoke.left))
     }
 }

@@ -82,9 +82,9 @@ impl Polytope {
             let Edge { tail, head, .. } = edges[e as usize];
             return Err(PolytopeError::OpenEdge(tail, head));
         }
-        let skin = Skin { loop_starts, loop_vertices, loop_edges, edges };
+        let topology = Topology { loop_starts, loop_vertices, loop_edges, edges };
         let original = |f: usize| provenance[f] == Provenance::Original;
-        let mut polytope = skin.assembled(&mut Room::default(), vertices, planes, original, false)?;
+        let mut polytope = topology.assembled(&mut Room::default(), vertices, planes, original, false)?;
         polytope.set_bulge(polytope.measured_bulge());
         Ok(polytope)
     }
@@ -128,9 +128,9 @@ impl Polytope {
             loop_edges.extend([k, n + k]);
         }
         let (loop_starts, loop_vertices) = flattened(&loops);
-        let skin = Skin { loop_starts, loop_vertices, loop_edges, edges };
+        let topology = Topology { loop_starts, loop_vertices, loop_edges, edges };
         let original = |f: usize| f == 0 && front == Provenance::Original;
-        let mut polytope = skin.assembled(&mut Room::default(), vertices, planes, original, true)?;
+        let mut polytope = topology.assembled(&mut Room::default(), vertices, planes, original, true)?;
         polytope.set_bulge(polytope.measured_bulge());
         Ok(polytope)
     }
@@ -160,7 +160,7 @@ impl Polytope {
 /// reuses its memory.
 #[derive(Debug, Default)]
 pub struct PolytopeRestorer {
-    skin: Skin,
+    topology: Topology,
     room: Room,
     originals: Vec<bool>,
     /// For each vertex, the last face in which it occurred.
@@ -170,7 +170,7 @@ pub struct PolytopeRestorer {
 impl PolytopeRestorer {
     /// Starts a polytope with the given number of vertices. The first face follows.
     pub fn begin(&mut self, vertices: usize) {
-        let Skin { loop_starts, loop_vertices, loop_edges, edges } = &mut self.skin;
+        let Topology { loop_starts, loop_vertices, loop_edges, edges } = &mut self.topology;
         for list in [&mut *loop_starts, loop_vertices, loop_edges] {
             list.clear();
         }
@@ -185,12 +185,12 @@ impl PolytopeRestorer {
     /// corner. `edge` is `None` if this edge occurs for the first time.
     #[inline]
     pub fn corner(&mut self, vertex: u32, edge: Option<u32>) {
-        let fresh = self.skin.edges.len() as u32;
-        self.skin.loop_vertices.push(vertex);
-        self.skin.loop_edges.push(edge.unwrap_or(fresh));
+        let fresh = self.topology.edges.len() as u32;
+        self.topology.loop_vertices.push(vertex);
+        self.topology.loop_edges.push(edge.unwrap_or(fresh));
         if edge.is_none() {
             // The head and the right face of the edge are set later.
-            self.skin.edges.push(Edge {
+            self.topology.edges.push(Edge {
                 tail: vertex,
                 head: u32::MAX,
                 left: self.originals.len() as u32,
@@ -203,8 +203,8 @@ impl PolytopeRestorer {
     /// face is degenerate or contradicts the earlier faces at an edge.
     pub fn end_face(&mut self, original: bool) -> Option<()> {
         let face = self.originals.len() as u32;
-        let begin = *self.skin.loop_starts.last()? as usize;
-        let (corners, loop_edges) = (&self.skin.loop_vertices[begin..], &self.skin.loop_edges[begin..]);
+        let begin = *self.topology.loop_starts.last()? as usize;
+        let (corners, loop_edges) = (&self.topology.loop_vertices[begin..], &self.topology.loop_edges[begin..]);
         if corners.len() < 3 {
             return None;
         }
@@ -213,7 +213,7 @@ impl PolytopeRestorer {
             if std::mem::replace(self.met.get_mut(tail as usize)?, face) == face {
                 return None;
             }
-            let edge = self.skin.edges.get_mut(e as usize)?;
+            let edge = self.topology.edges.get_mut(e as usize)?;
             if edge.left == face && edge.head == u32::MAX {
                 edge.head = head;
             } else if (edge.tail, edge.head, edge.right) == (head, tail, u32::MAX) && edge.left != face {
@@ -222,7 +222,7 @@ impl PolytopeRestorer {
                 return None;
             }
         }
-        self.skin.loop_starts.push(self.skin.loop_vertices.len() as u32);
+        self.topology.loop_starts.push(self.topology.loop_vertices.len() as u32);
         self.originals.push(original);
         Some(())
     }
@@ -231,15 +231,15 @@ impl PolytopeRestorer {
     /// faces, and `bulge` is the value of [`Polytope::bulge`] (m). Returns `None` if the faces do
     /// not form a closed surface, or if a number is not finite.
     pub fn finish(&mut self, vertices: Vec<DVec3>, planes: Vec<Plane>, bulge: f64) -> Option<Polytope> {
-        let Self { skin, room, originals, .. } = self;
-        let euler = vertices.len() + planes.len() == skin.edges.len() + 2;
-        let closed = skin.edges.iter().all(|edge| edge.right != u32::MAX);
+        let Self { topology, room, originals, .. } = self;
+        let euler = vertices.len() + planes.len() == topology.edges.len() + 2;
+        let closed = topology.edges.iter().all(|edge| edge.right != u32::MAX);
         let finite =
             bulge.is_finite() && planes.iter().all(|plane| plane.normal.is_finite() && plane.offset.is_finite());
         if !(euler && closed && finite && vertices.len() == self.met.len() && planes.len() == originals.len()) {
             return None;
         }
-        let mut polytope = skin.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
+        let mut polytope = topology.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
         polytope.set_bulge(bulge);
         // If a vertex had only two corners, the surface would be folded at the vertex. If a vertex
         // is not finite, the centroid or the radius is not finite either.
@@ -250,7 +250,7 @@ impl PolytopeRestorer {
 
 /// A closed surface: loops of vertices, loops of edges, and the edges.
 #[derive(Debug, Default)]
-struct Skin {
+struct Topology {
     loop_starts: Vec<u32>,
     loop_vertices: Vec<u32>,
     /// The edges of all loops. Each edge occurs twice.
@@ -258,7 +258,7 @@ struct Skin {
     edges: Vec<Edge>,
 }
 
-/// Working memory of [`Skin::assembled`].
+/// Working memory of [`Topology::assembled`].
 #[derive(Debug, Default)]
 struct Room {
     /// For each edge, the last corner at which the edge started in a loop.
@@ -274,7 +274,7 @@ struct Room {
     all: Vec<u32>,
 }
 
-impl Skin {
+impl Topology {
     /// Builds the polytope with this surface. The caller must set the bulge afterwards.
     fn assembled(
         &self,

@@ -47,7 +47,7 @@ impl Front {
                 kept += 1;
                 found.push(self.leaf_pair(query, place, answer, memory), query);
             } else {
-                self.sleep(query, place, answer.distance());
+                self.postpone(query, place, answer.distance());
             }
         }
         // Pairs that were visited, and pairs that woke in this query, come last.

@@ -5,8 +5,8 @@
 //!    limit: first by spheres, then by boxes, then by the nodes' hulls.
 //! 2. A pair of leaves is marched; its result may lower the limit.
 //!
-//! The nearest pair is searched in this way from the pairs on the cut, best bound first. A sleeping
-//! pair has a bound from its last measurement, so most sleeping pairs are not examined.
+//! The nearest pair is searched in this way from the pairs on the cut, best bound first. A waiting
+//! pair has a bound from its last measurement, so most waiting pairs are not examined.
 
 use super::super::march::{initial_features, march};
 use super::super::wakes::NEVER;
@@ -95,10 +95,10 @@ impl Front {
         let wake = self.wakes.get(place);
         let bound = match state {
             State::Split(_) => return None,
-            State::Awake | State::Represented | State::Crowded => 0.0,
+            State::Awake | State::Represented | State::Unsplit => 0.0,
             // Merged with its other half.
-            State::Asleep if wake == NEVER => return None,
-            State::Asleep => self.tolerance - self.motion_bound.since(wake),
+            State::Waiting if wake == NEVER => return None,
+            State::Waiting => self.tolerance - self.motion_bound.since(wake),
         };
         Some(NodePair { nodes: [a, b], bound })
     }

@@ -1,4 +1,4 @@
-//! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are
+//! Step 2 of the front: the pairs that are due, measured again; they go on waiting, wake, or are
 //! split.
 
 use glam::DVec3;
@@ -8,7 +8,7 @@ use super::super::wakes::{BLOCK, NEVER};
 use super::super::{LeafPairs, March, TraversalCounters, WarmStart, support_gap};
 use super::{Front, Pair, PlacedPair, State};
 use crate::algebra::Quota;
-use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
+use crate::algebra::tolerance::{BOX_WAIT, SPHERE_WAIT};
 use crate::body::NodeKind;
 
 /// How many pairs that are due are collected at a time.
@@ -31,7 +31,7 @@ enum Measured {
 }
 
 impl Front {
-    /// Step 2, and step 4 for pairs that stay asleep. Returns false if the quota is spent before
+    /// Step 2, and step 4 for pairs that go on waiting. Returns false if the quota is spent before
     /// all due pairs are visited.
     pub(super) fn wake_due(
         &mut self,
@@ -117,8 +117,8 @@ impl Front {
         late
     }
 
-    /// Measures a pair whose stored bound is `gap`, and puts it where it belongs; its halves go onto
-    /// the stack.
+    /// Measures a pair whose stored bound is `gap`, and puts it where it belongs; its halves go
+    /// onto the stack.
     fn look(
         &mut self,
         query: &PlacedPair<'_>,
@@ -135,13 +135,13 @@ impl Front {
         }
         if gap > query.tolerance {
             counters.bounded_by_point += 1;
-            self.sleep(query, place, gap);
+            self.postpone(query, place, gap);
             self.merge(query, place, counters);
             return;
         }
         match self.measure(query, place, counters) {
             Measured::Apart(distance) => {
-                self.sleep(query, place, distance);
+                self.postpone(query, place, distance);
                 self.merge(query, place, counters);
             }
             Measured::Within(answer, memory) => {
@@ -152,24 +152,24 @@ impl Front {
             }
             Measured::Near if self.split(query, place) => counters.split += 1,
             Measured::Near => {
-                counters.crowded += 1;
-                self.was_crowded = true;
+                counters.unsplit += 1;
+                self.was_full = true;
                 let Pair { a, b, .. } = self.pairs[place as usize];
-                self.pairs[place as usize].state = State::Crowded;
+                self.pairs[place as usize].state = State::Unsplit;
                 self.wakes.set(place, self.motion_bound.sum());
                 self.search_below(query, [a, b], found, counters);
             }
         }
     }
 
-    /// The pair's distance, or a lower bound of it that lets the pair sleep for a while. A cheaper
-    /// bound is accepted only if it allows a longer sleep; otherwise the next bound is tried.
+    /// The pair's distance, or a lower bound of it that lets the pair wait for a while. A cheaper
+    /// bound is accepted only if it allows a longer wait; otherwise the next bound is tried.
     fn measure(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
         counters.node_pairs += 1;
         let Pair { a, b, .. } = self.pairs[place as usize];
         let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
         let gap = sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba);
-        if gap > query.tolerance + SPHERE_NAP * self.pace {
+        if gap > query.tolerance + SPHERE_WAIT * self.pace {
             return Measured::Apart(gap);
         }
         // Parts that slide along each other keep their distance, however far they go.
@@ -178,7 +178,7 @@ impl Front {
         {
             return Measured::Apart(gap);
         }
-        let enough = query.tolerance + BOX_NAP * self.pace;
+        let enough = query.tolerance + BOX_WAIT * self.pace;
         let gap = gap.max(box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, 2.0 * enough));
         if gap > enough {
             return Measured::Apart(gap);

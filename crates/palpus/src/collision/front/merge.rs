@@ -1,4 +1,4 @@
-//! Step 4 of the front: halves that both sleep long are merged.
+//! Step 4 of the front: halves that both wait long are merged.
 
 use super::super::TraversalCounters;
 use super::super::wakes::NEVER;
@@ -17,10 +17,10 @@ impl Front {
     }
 
     /// Step 4: merges the pair with its other half, and repeats this for the merged pair, while
-    /// both halves sleep long and the merged pair is far enough apart.
+    /// both halves wait long and the merged pair is far enough apart.
     pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
         let (long, until) = (clearance(query), self.merged_from);
-        while self.wakes.get(place) >= until && self.sleeps_until(place ^ 1, until) {
+        while self.wakes.get(place) >= until && self.waits_until(place ^ 1, until) {
             let parent = self.pairs[place as usize].parent;
             if parent == NONE {
                 return;
@@ -41,12 +41,12 @@ impl Front {
             self.wakes.set(first, NEVER);
             self.wakes.set(first + 1, NEVER);
             self.free.push(first);
-            self.sleep(query, parent, gap);
+            self.postpone(query, parent, gap);
             place = parent;
         }
     }
 
-    fn sleeps_until(&self, place: u32, sum: u64) -> bool {
-        self.pairs[place as usize].state == State::Asleep && self.wakes.get(place) >= sum
+    fn waits_until(&self, place: u32, sum: u64) -> bool {
+        self.pairs[place as usize].state == State::Waiting && self.wakes.get(place) >= sum
     }
 }

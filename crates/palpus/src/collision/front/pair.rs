@@ -18,7 +18,7 @@ pub(super) struct Pair {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
     /// On the cut, apart.
-    Asleep,
+    Waiting,
     /// On the cut, leaves within tolerance.
     Awake,
     /// On the cut, leaves within tolerance whose force other pairs account for; due after some
@@ -27,7 +27,7 @@ pub(super) enum State {
     /// Above the cut; the first half's place.
     Split(u32),
     /// On the cut, but in need of a split for which there is no room.
-    Crowded,
+    Unsplit,
 }
 
 /// The place of no pair.
@@ -35,6 +35,6 @@ pub(super) const NONE: u32 = u32::MAX;
 
 impl Pair {
     pub(super) fn of(a: u32, b: u32, parent: u32) -> Self {
-        Self { a, b, parent, state: State::Asleep, known: false, retry: 0 }
+        Self { a, b, parent, state: State::Waiting, known: false, retry: 0 }
     }
 }

@@ -87,7 +87,7 @@ impl Front {
             gap = along;
         }
         self.represented -= 1;
-        self.pairs[place as usize].state = State::Asleep;
+        self.pairs[place as usize].state = State::Waiting;
         Some(gap)
     }
 

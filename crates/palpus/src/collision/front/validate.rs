@@ -6,18 +6,18 @@
 //! 2. States: pairs awake are leaves, are on the list of those awake, and are never due; split ones
 //!    are never due; all others are on the wake board, and their blocks are opened when they are
 //!    due.
-//! 3. Sleep: the distance of a sleeping pair exceeds the tolerance by at least the motion for which
-//!    it still sleeps.
+//! 3. Wake times: the distance of a waiting pair exceeds the tolerance by at least the motion for
+//!    which it still waits.
 //!
 //! Nothing is allocated, so that it may run within a step. In debug builds each query checks a
-//! small front completely. In a large front it checks a window of places, and measures one sleeping
+//! small front completely. In a large front it checks a window of places, and measures one waiting
 //! pair.
 
 use super::super::PlacedPair;
 use super::super::march::{initial_features, march};
 use super::super::wakes::NEVER;
 use super::{Front, NONE, Pair, State};
-use crate::algebra::tolerance::{OVERSLEPT, VALIDATED_PLACES};
+use crate::algebra::tolerance::{LATE_WAKE, VALIDATED_PLACES};
 use crate::body::NodeKind;
 
 /// An invariant of the front that is broken.
@@ -42,8 +42,8 @@ pub(super) enum FrontFault {
     #[error("the pair at {0} has a wake value that does not fit its state, or that its block does not know")]
     Wake(u32),
     /// A pair is nearer than its wake value says.
-    #[error("the pair at {place} sleeps as if {promised:e} beyond the tolerance and is {clearance:e} beyond it")]
-    Overslept {
+    #[error("the pair at {place} waits as if {promised:e} beyond the tolerance and is {clearance:e} beyond it")]
+    LateWake {
         /// Its place.
         place: u32,
         /// Clearance that the wake value promises, model units.
@@ -54,13 +54,13 @@ pub(super) enum FrontFault {
 }
 
 impl Front {
-    /// Checks all of the front, measures every sleeping pair, and returns the first broken
+    /// Checks all of the front, measures every waiting pair, and returns the first broken
     /// invariant.
     #[cfg(test)]
     pub(super) fn validate(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
         self.validate_places()?;
         (0..self.fresh).try_for_each(|place| self.validate_place(query, place))?;
-        (0..self.fresh).try_for_each(|place| self.validate_sleep(query, place))
+        (0..self.fresh).try_for_each(|place| self.validate_wait(query, place))
     }
 
     /// The part of the check that is fast enough for each query of a debug build.
@@ -72,8 +72,8 @@ impl Front {
         let begin = (self.motion_bound.sum() % u64::from(self.fresh)) as u32;
         let window = (0..self.fresh.min(VALIDATED_PLACES)).map(|k| (begin + k) % self.fresh);
         window.clone().try_for_each(|place| self.validate_place(query, place))?;
-        let asleep = window.into_iter().find(|&place| self.promised(place) > 0.0);
-        asleep.map_or(Ok(()), |place| self.validate_sleep(query, place))
+        let waiting = window.into_iter().find(|&place| self.promised(place) > 0.0);
+        waiting.map_or(Ok(()), |place| self.validate_wait(query, place))
     }
 
     /// Returns true if the place contains a pair of the present tree, not an old one.
@@ -135,7 +135,7 @@ impl Front {
                 }
                 false
             }
-            State::Asleep | State::Represented | State::Crowded => true,
+            State::Waiting | State::Represented | State::Unsplit => true,
         };
         let wake = self.wakes.get(place);
         let fits = (wake != NEVER) == is_due_at_times && self.wakes.is_known(place);
@@ -143,14 +143,14 @@ impl Front {
     }
 
     /// By how much the distance of a pair exceeds the tolerance according to its wake value, model
-    /// units; 0 or less if the pair is due or not sleeping.
+    /// units; 0 or less if the pair is due or not waiting.
     fn promised(&self, place: u32) -> f64 {
-        let sleeps = self.pairs[place as usize].state == State::Asleep && self.is_in_tree(place);
-        if sleeps { -self.motion_bound.since(self.wakes.get(place)) } else { 0.0 }
+        let waits = self.pairs[place as usize].state == State::Waiting && self.is_in_tree(place);
+        if waits { -self.motion_bound.since(self.wakes.get(place)) } else { 0.0 }
     }
 
     /// Step 3 for one place.
-    fn validate_sleep(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
+    fn validate_wait(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
         let promised = self.promised(place);
         if promised <= 0.0 {
             return Ok(());
@@ -160,10 +160,10 @@ impl Front {
         let start = initial_features(polytope_a, polytope_b, query.pose_ba);
         let clearance = march(polytope_a, polytope_b, query.pose_ba, start).distance() - query.tolerance;
         let size = polytope_a.radius() + polytope_b.radius() + query.pose_ba.translation.length();
-        if promised <= clearance + OVERSLEPT * size {
+        if promised <= clearance + LATE_WAKE * size {
             return Ok(());
         }
-        Err(FrontFault::Overslept { place, promised, clearance })
+        Err(FrontFault::LateWake { place, promised, clearance })
     }
 }
 
@@ -215,7 +215,7 @@ mod tests {
         for case in 0..6 {
             let (one, other) = (Bodies::new(&mut random, 20 + 5 * case), Bodies::new(&mut random, 25));
             let (a, b) = (one.side(), other.side());
-            // Little room in half of the cases, so that some pairs are crowded.
+            // Little room in half of the cases, so that some pairs cannot be split.
             let mut front = Front::new(a, b, if case % 2 == 0 { 2000 } else { 60 });
             let mut found = LeafPairs::new(500);
             let mut broken = [0; 4];
@@ -276,12 +276,12 @@ mod tests {
         }
         if let Some(place) = pick(&|place| front.promised(place) > 0.0) {
             let late = front.motion_bound.due(1e3);
-            let overslept = fault(&|front| front.wakes.set(place, late));
-            assert!(matches!(overslept, FrontFault::Overslept { .. }), "{what}: {overslept}");
+            let late_wake = fault(&|front| front.wakes.set(place, late));
+            assert!(matches!(late_wake, FrontFault::LateWake { .. }), "{what}: {late_wake}");
             counts[2] += 1;
         }
         if let Some(place) = pick(&|place| matches!(state(place), State::Split(_))) {
-            let lost = fault(&|front| front.pairs[place as usize].state = State::Asleep);
+            let lost = fault(&|front| front.pairs[place as usize].state = State::Waiting);
             assert!(matches!(lost, FrontFault::Places(_)), "{what}: {lost}");
             counts[3] += 1;
         }

@@ -8,7 +8,7 @@ use super::super::overlay::crossing;
 use super::{AdmissibleScratch, Search};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, PARALLEL_EDGES};
-use crate::body::{Feature, FeaturePair, OwnArc, OwnNormals};
+use crate::body::{AdmissibleNormals, Feature, FeaturePair, SurfaceArc};
 use crate::collision::StopReason;
 
 /// An arc of admissible normals, in b's frame. An arc of body a belongs to the reflected body −a.
@@ -24,7 +24,7 @@ pub(super) struct Arc {
 }
 
 impl Arc {
-    pub(super) fn of(normals: &OwnNormals<'_>, arc: &OwnArc) -> Self {
+    pub(super) fn of(normals: &AdmissibleNormals<'_>, arc: &SurfaceArc) -> Self {
         let edge = normals.polytope().edge(arc.edge);
         let (tail, head) = (normals.polytope().vertex(edge.tail), normals.polytope().vertex(edge.head));
         let [left, right] = normals.ends(arc);
@@ -41,7 +41,7 @@ impl Arc {
 /// Returns true if the other body's vertex at `point` (in the piece's frame) lies less than `bar`
 /// below the plane at an end of the arc. If false, h is at least `bar` everywhere on the arc.
 #[inline]
-fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
+fn dips(normals: &AdmissibleNormals<'_>, arc: &SurfaceArc, point: DVec3, bar: f64) -> bool {
     -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar
 }
 

@@ -2,7 +2,7 @@
 //! admissible normals.
 
 use super::*;
-use crate::body::{Body, BodySettings, FeaturePair, OwnNormals, PolygonSoup};
+use crate::body::{AdmissibleNormals, Body, BodySettings, FeaturePair, PolygonSoup};
 use crate::depth::cso::Cso;
 use crate::depth::oracle::exhaustive_depth;
 use crate::depth::{AdmissibleDepth, AdmissibleScratch, admissible_depth};
@@ -41,27 +41,27 @@ fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
 
 /// Returns true if `walked` is the global depth. If it is not, the admissible depth is also only a
 /// local minimum.
-fn is_global([a, b]: [&OwnNormals<'_>; 2], placement: &Placement, walked: &Depth) -> bool {
+fn is_global([a, b]: [&AdmissibleNormals<'_>; 2], placement: &Placement, walked: &Depth) -> bool {
     walked.depth - exhaustive_depth(a.polytope(), b.polytope(), placement).0 < 1e-9
 }
 
 /// Returns the least h over all normals that are admissible for both pieces, by exhaustive search.
-fn exhaustive(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
+fn exhaustive(a: &AdmissibleNormals<'_>, b: &AdmissibleNormals<'_>, pose_ba: &Placement) -> f64 {
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let support = |n: DVec3| (a.polytope().support(cso.toward_b(n)), b.polytope().support(n));
     let h = |n: DVec3| n.dot(b.polytope().vertex(support(n).1) - cso.point_a(support(n).0));
-    let planes = |own: &OwnNormals<'_>| -> Vec<DVec3> {
+    let planes = |own: &AdmissibleNormals<'_>| -> Vec<DVec3> {
         let faces = own.faces().iter().map(|face| own.plane(face.face).normal);
         faces.chain(own.borrowed().iter().map(|borrowed| borrowed.plane.normal)).collect()
     };
     let mut least = f64::INFINITY;
-    for n in planes(b).into_iter().filter(|&n| a.vertex_owns(support(n).0, cso.toward_b(n))) {
+    for n in planes(b).into_iter().filter(|&n| a.vertex_admits(support(n).0, cso.toward_b(n))) {
         least = least.min(h(n));
     }
-    for n in planes(a).into_iter().map(|n| -pose_ba.vector(n)).filter(|&n| b.vertex_owns(support(n).1, n)) {
+    for n in planes(a).into_iter().map(|n| -pose_ba.vector(n)).filter(|&n| b.vertex_admits(support(n).1, n)) {
         least = least.min(h(n));
     }
-    let along = |own: &OwnNormals<'_>, e: u32| {
+    let along = |own: &AdmissibleNormals<'_>, e: u32| {
         let edge = own.polytope().edge(e);
         own.polytope().vertex(edge.head) - own.polytope().vertex(edge.tail)
     };
@@ -86,7 +86,7 @@ fn exhaustive(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f6
 }
 
 fn solve(
-    [a, b]: [&OwnNormals<'_>; 2],
+    [a, b]: [&AdmissibleNormals<'_>; 2],
     placement: &Placement,
     last: Option<FeaturePair>,
     scratch: &mut (AdmissibleScratch, DepthScratch),
@@ -103,8 +103,8 @@ fn admissible_depth_agrees_with_exhaustive_search() {
     for k in 0..6000 {
         let (a, b) = (&bodies[rng.below(3)], &bodies[rng.below(3)]);
         let mut scratch = (AdmissibleScratch::new(a.admissible(), b.admissible()), DepthScratch::new());
-        let own_a = a.own_normals(rng.below(a.pieces().len()) as u32);
-        let own_b = b.own_normals(rng.below(b.pieces().len()) as u32);
+        let own_a = a.admissible_normals(rng.below(a.pieces().len()) as u32);
+        let own_b = b.admissible_normals(rng.below(b.pieces().len()) as u32);
         let placement = random_pose(&mut rng, own_a.polytope(), own_b.polytope()).placement();
         let what = format!("pose {k}, seed {SEED:#x}");
         let (walked, answer) = solve([&own_a, &own_b], &placement, None, &mut scratch);
@@ -134,11 +134,11 @@ fn admissible_depth_of_convex_probe_is_continuous() {
     let probe = bumpy_ball(&mut rng, 0.0);
     let ball = bumpy_ball(&mut rng, 0.1);
     let mut scratch = (AdmissibleScratch::new(probe.admissible(), ball.admissible()), DepthScratch::new());
-    let own_a = probe.own_normals(0);
+    let own_a = probe.admissible_normals(0);
     assert_eq!(probe.pieces().len(), 1);
     let (mut pairs, mut worst, mut jumps) = (0, 0.0_f64, 0);
     for _ in 0..60 {
-        let own_b = ball.own_normals(rng.below(ball.pieces().len()) as u32);
+        let own_b = ball.admissible_normals(rng.below(ball.pieces().len()) as u32);
         // The probe rolls over the piece without losing contact.
         let middle = own_b.polytope().centroid();
         let (axis, start) = (rng.direction(), rotation(&mut rng));

@@ -4,8 +4,8 @@
 //! The host sends updates of pose and velocity. Between updates the body moves on, so that the hand
 //! feels no update as a step:
 //!
-//! 1. *Chase*: the body moves from its pose and velocity in the last step to the extrapolated
-//!    pose of the update. The chase takes [`CHASE`] times the interval between the last two
+//! 1. *Catch up*: the body moves from its pose and velocity in the last step to the extrapolated
+//!    pose of the update. This takes [`CATCH_UP`] times the interval between the last two
 //!    updates. Position and velocity are continuous (Hermite's cubic). At a constant velocity, the
 //!    body follows the host exactly.
 //! 2. *Continue*: the body keeps the update's velocity until the next update.
@@ -20,9 +20,9 @@ use glam::{DQuat, DVec3};
 use crate::algebra::tolerance::{DRIVEN_PATIENCE, DRIVEN_PERIOD};
 use crate::algebra::{Pose, Twist, rotation_between};
 
-/// Duration of the chase, relative to the interval between two updates. With 1, the body needs ten
-/// times the host's acceleration. With 2, it lags a hand's swing at 60 Hz by a millimetre.
-const CHASE: f64 = 1.5;
+/// Duration of the catch-up, relative to the interval between two updates. With 1, the body needs
+/// ten times the host's acceleration. With 2, it lags a hand's swing at 60 Hz by a millimetre.
+const CATCH_UP: f64 = 1.5;
 
 /// See the module's description. The linear part of a twist is the velocity of the frame's origin.
 #[derive(Clone, Copy, Debug)]
@@ -31,15 +31,15 @@ pub(super) struct Driven {
     next: (Pose, Twist),
     /// Length of the last step, s.
     step: f64,
-    /// Pose and velocity at the start of the chase.
+    /// Pose and velocity at the start of the catch-up.
     from: (Pose, Twist),
-    /// Time from the last update to the start of the chase, s.
+    /// Time from the last update to the start of the catch-up, s.
     begins: f64,
     /// The last update.
     last: (Pose, Twist),
     /// Time since the last update, s.
     since: f64,
-    /// Duration of the chase, s.
+    /// Duration of the catch-up, s.
     lasts: f64,
 }
 
@@ -61,7 +61,7 @@ impl Driven {
             last: (pose, velocity),
             since: 0.0,
             // Two updates in one tick count as one.
-            lasts: if lasts > 0.0 { CHASE * lasts.min(DRIVEN_PATIENCE) } else { self.lasts },
+            lasts: if lasts > 0.0 { CATCH_UP * lasts.min(DRIVEN_PATIENCE) } else { self.lasts },
             ..*self
         };
     }

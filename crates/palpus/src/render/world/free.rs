@@ -27,15 +27,16 @@ pub(super) struct Free {
 }
 
 impl Free {
-    /// Returns a body of `mass` (kg) at rest. Contacts push below a separation of `skin` (m).
-    pub(super) fn new(body: &Body, mass: f64, skin: f64) -> Self {
+    /// Returns a body of `mass` (kg) at rest. Contacts push below a separation of `contact_offset`
+    /// (m).
+    pub(super) fn new(body: &Body, mass: f64, contact_offset: f64) -> Self {
         let properties = body.mass();
         Self {
             mass,
             inertia: properties.inertia * (mass / properties.volume),
             gyration: properties.inertia * properties.volume.recip(),
             momentum: Wrench::ZERO,
-            reach: Reach::new(radius(body), skin),
+            reach: Reach::new(radius(body), contact_offset),
         }
     }
 

@@ -86,7 +86,7 @@ use self::object::{Kind, Part, Role, Thing};
 use self::pair::{Pair, common, mirrored};
 use self::solve::BlockSystem;
 use super::{Settings, SettingsError, VirtualCoupling};
-use crate::algebra::tolerance::TOOL_SKIN;
+use crate::algebra::tolerance::TOOL_OFFSET;
 use crate::algebra::{Pose, Twist, Wrench};
 use crate::body::Body;
 use crate::detect::Contact;
@@ -163,8 +163,8 @@ impl World {
     /// Fails if a setting is invalid.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.validate()?;
-        let skin = TOOL_SKIN * settings.contact_tolerance;
-        let coupling = settings.coupling.unwrap_or(VirtualCoupling { skin, ..VirtualCoupling::SLACK });
+        let contact_offset = TOOL_OFFSET * settings.contact_tolerance;
+        let coupling = settings.coupling.unwrap_or(VirtualCoupling { contact_offset, ..VirtualCoupling::SLACK });
         Ok(Self {
             settings: Settings { coupling: Some(coupling), ..settings },
             gravity: DVec3::ZERO,
@@ -199,7 +199,7 @@ impl World {
             Kind::Fixed => Role::Fixed,
             Kind::Driven => Role::Driven(Driven::at(pose)),
             Kind::Free(mass) if mass > 0.0 && mass.is_finite() => {
-                Role::Free(Free::new(&body, mass, self.settings.skin()))
+                Role::Free(Free::new(&body, mass, self.settings.contact_offset()))
             }
             Kind::Free(mass) => return refused("mass", mass, "finite and greater than 0"),
         };
@@ -246,12 +246,12 @@ impl World {
     /// Moves an object to another pose, at rest, and drops its contact state. Returns false for a
     /// tool or an invalid pose.
     pub fn put(&mut self, body: BodyId, pose: Pose) -> bool {
-        let skin = self.settings.skin();
+        let contact_offset = self.settings.contact_offset();
         let Some(thing) = self.things.get_mut(body.0).filter(|_| pose.is_valid()) else { return false };
         let pose = pose.unstretched();
         match &mut thing.role {
             Role::Tool(_) => return false,
-            Role::Free(free) => *free = Free::new(&thing.body, free.mass, skin),
+            Role::Free(free) => *free = Free::new(&thing.body, free.mass, contact_offset),
             Role::Driven(driven) => *driven = Driven::at(pose),
             Role::Fixed => {}
         }

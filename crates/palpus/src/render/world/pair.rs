@@ -59,7 +59,7 @@ impl Pair {
         let capacity = settings.capacity;
         let asked = QuerySettings {
             tolerance: settings.contact_tolerance,
-            contact_offset: Some(settings.skin()),
+            contact_offset: Some(settings.contact_offset()),
             capacity,
             patch_angle: settings.patch_angle,
             guard: true,
@@ -92,7 +92,7 @@ impl Pair {
     pub(super) fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
         self.query.set_patch_angle(self.settings.patch_angle);
-        self.query.set_contact_offset(Some(self.settings.skin()));
+        self.query.set_contact_offset(Some(self.settings.contact_offset()));
         if self.settings.friction.is_none() {
             self.scratch.clear();
         }
@@ -136,10 +136,10 @@ impl Pair {
         self.query.unseen_separation()
     }
 
-    /// Returns the lower bound of [`ContactQuery::unlooked_separation`], minus the contact offset,
-    /// m.
-    pub(super) fn unlooked(&self) -> f64 {
-        self.query.unlooked_separation() - self.settings.skin()
+    /// Returns the lower bound of [`ContactQuery::unexamined_separation`], minus the contact
+    /// offset, m.
+    pub(super) fn unexamined(&self) -> f64 {
+        self.query.unexamined_separation() - self.settings.contact_offset()
     }
 
     /// Sets the relative pose in the last step, if the pair was last queried in an earlier step.
@@ -265,7 +265,7 @@ pub(super) fn common(settings: [&Settings; 2]) -> Settings {
     let [first, second] = settings.map(Settings::held);
     let [first, second] = [&first, &second];
     let lesser = |of: fn(&Settings) -> f64| of(first).min(of(second));
-    let skin = first.skin().min(second.skin());
+    let contact_offset = first.contact_offset().min(second.contact_offset());
     Settings {
         contact_tolerance: lesser(|settings| settings.contact_tolerance),
         stiffness: lesser(|settings| settings.stiffness),
@@ -277,7 +277,7 @@ pub(super) fn common(settings: [&Settings; 2]) -> Settings {
             ..one
         }),
         // Only the contact offset of this coupling is used.
-        coupling: first.coupling.or(second.coupling).map(|coupling| VirtualCoupling { skin, ..coupling }),
+        coupling: first.coupling.or(second.coupling).map(|coupling| VirtualCoupling { contact_offset, ..coupling }),
         time_budget: first.time_budget.or(second.time_budget),
         capacity: first.capacity.max(second.capacity),
         ..*first

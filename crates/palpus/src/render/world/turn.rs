@@ -112,7 +112,7 @@ impl World {
     fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
         let settings = pair.settings();
         match pair.bodies.map(|i| self.reach(i, dt)) {
-            [Some(one), Some(other)] => settings.skin() + one + other,
+            [Some(one), Some(other)] => settings.contact_offset() + one + other,
             _ => settings.contact_tolerance,
         }
     }
@@ -178,7 +178,7 @@ impl World {
             pair.query(&things[a].place(), &things[b].place(), within, &quota, clock);
             // If both bodies move, each may move half of the distance.
             let both = [a, b].iter().all(|&i| things[i].rank() < 2);
-            let clear = pair.unlooked() * if both { 0.5 } else { 1.0 };
+            let clear = pair.unexamined() * if both { 0.5 } else { 1.0 };
             for i in [a, b] {
                 match &mut things[i].role {
                     Role::Tool(k) => {

@@ -23,7 +23,7 @@ use palpus::render::ProbeState;
 use palpus_scenes::{ContactSettings, HandPath, Key, Scene};
 
 use super::super::ground::Ground;
-use super::super::method::Skin;
+use super::super::method::ContactOffset;
 use super::super::open::angle_between;
 use super::super::row::{Rows, largest, mean};
 use crate::bench::TICK;
@@ -196,8 +196,8 @@ impl Fit {
     }
 
     /// Adds the measures of the answers to the script.
-    pub(super) fn judge(&self, ground: &Ground, skin: Skin, wrenches: &[Wrench], rows: &mut Rows) {
-        let skin = skin.width(ground);
+    pub(super) fn judge(&self, ground: &Ground, contact_offset: ContactOffset, wrenches: &[Wrench], rows: &mut Rows) {
+        let contact_offset = contact_offset.width(ground);
         let step = (self.play + PRESS) / OUT as f64;
         let (mut wrong, mut short, mut sizes, mut turns, mut unfelt) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new(), 0);
@@ -208,11 +208,11 @@ impl Fit {
                 unfelt += 1;
                 continue;
             };
-            let travel = self.travel(felt) + skin - step / 2.0;
+            let travel = self.travel(felt) + contact_offset - step / 2.0;
             if self.is_exact {
                 wrong.push((travel - self.play).abs());
                 let held = round[OUT + HOLD - 1].force;
-                sizes.push(held.length() / (STIFFNESS * (PRESS + skin)));
+                sizes.push(held.length() / (STIFFNESS * (PRESS + contact_offset)));
                 turns.push(angle_between(held, -direction(k)));
             }
             short.push(self.play - travel);
@@ -246,7 +246,7 @@ mod tests {
             let wrenches: Vec<Wrench> =
                 ground.script.iter().map(|probe| Wrench { force: force(probe), torque: DVec3::ZERO }).collect();
             let mut rows = Rows::new(fit.name, "wall");
-            fit.judge(&ground, Skin::Surface, &wrenches, &mut rows);
+            fit.judge(&ground, ContactOffset::Surface, &wrenches, &mut rows);
             rows.rows
                 .iter()
                 .find(|row| row.measure == measure)

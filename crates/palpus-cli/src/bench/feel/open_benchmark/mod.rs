@@ -26,7 +26,7 @@ use palpus::render::ProbeState;
 use super::closed::turned;
 use super::columns::{Column, column};
 use super::ground::{Ground, SCENES};
-use super::method::{Entry, FeltTick, METHODS, Method, Skin};
+use super::method::{ContactOffset, Entry, FeltTick, METHODS, Method};
 use super::open::{self, Played};
 use super::report::{Pick, Section, csv, markdown, table};
 use super::row::{Row, Rows, quantile};
@@ -154,7 +154,7 @@ fn of_method(out: &Path, ground: &Ground, entry: &Entry) -> anyhow::Result<Vec<R
     files::make_folder(&folder)?;
     answers.write(&folder.join(format!("{}.csv", ground.name)))?;
     let mut rows = Rows::new(ground.name, entry.name);
-    judged(ground, entry.skin, answers, &mut rows);
+    judged(ground, entry.contact_offset, answers, &mut rows);
     if Fit::of(ground.name).is_none() {
         scripted::measure(ground, entry, &[HAND], &mut rows)?;
     }
@@ -164,12 +164,12 @@ fn of_method(out: &Path, ground: &Ground, entry: &Entry) -> anyhow::Result<Vec<R
 fn of_engine(ground: &Ground, name: &str, file: &Path) -> anyhow::Result<Vec<Row>> {
     let answers = Answers::read(file, ground.script.len())?;
     let mut rows = Rows::new(ground.name, name.to_owned());
-    judged(ground, Skin::Surface, answers, &mut rows);
+    judged(ground, ContactOffset::Surface, answers, &mut rows);
     Ok(rows.rows)
 }
 
 /// Adds the measures of one scene's answers.
-fn judged(ground: &Ground, skin: Skin, answers: Answers, rows: &mut Rows) {
+fn judged(ground: &Ground, contact_offset: ContactOffset, answers: Answers, rows: &mut Rows) {
     let Answers { wrenches, micros } = answers;
     rows.add("", "energy along the motion", "J", energy(ground, &wrenches));
     if !micros.is_empty() {
@@ -177,9 +177,9 @@ fn judged(ground: &Ground, skin: Skin, answers: Answers, rows: &mut Rows) {
         rows.add("", "step p99", "µs", quantile(&micros, 0.99));
     }
     if let Some(fit) = Fit::of(ground.name) {
-        fit.judge(ground, skin, &wrenches, rows);
+        fit.judge(ground, contact_offset, &wrenches, rows);
     }
-    open::judge(ground, skin, &Played { wrenches, ..Played::default() }, rows);
+    open::judge(ground, contact_offset, &Played { wrenches, ..Played::default() }, rows);
 }
 
 /// Returns the largest net work that the wrenches had done on the hand at any time of the motion,
@@ -280,7 +280,7 @@ mod tests {
             };
             let wrenches = (0..ground.script.len()).map(wrench).collect();
             let mut rows = Rows::new("rails", "truth");
-            judged(&ground, Skin::Surface, Answers { wrenches, micros: Vec::new() }, &mut rows);
+            judged(&ground, ContactOffset::Surface, Answers { wrenches, micros: Vec::new() }, &mut rows);
             ["direction error max", "size error max", "line of action error max"]
                 .map(|measure| rows.rows.iter().find(|row| row.measure == measure).expect("judged").value)
         };

@@ -24,7 +24,8 @@
 use glam::DVec3;
 
 use crate::algebra::tolerance::{
-    HULL_POINT_GAIN, HULL_POINT_STEPS, WAY_BEGINS, WAY_CUT, WAY_LOOKS, WAY_SLACK, WAY_SLOPE, WAY_STEPS, WAYS_PER_PART,
+    HULL_POINT_GAIN, HULL_POINT_STEPS, INWARD_CUT, INWARD_FIRST_SLOPE, INWARD_PATHS_PER_PART, INWARD_SEARCHES,
+    INWARD_SLACK, INWARD_SLOPE, INWARD_STEPS,
 };
 use crate::algebra::{Workers, map_in_order};
 use crate::body::TriangleTree;
@@ -69,7 +70,7 @@ impl InwardPaths {
             }
             path
         };
-        let found = map_in_order(workers, surface.vertex_count(), WAYS_PER_PART, of_vertex, progress);
+        let found = map_in_order(workers, surface.vertex_count(), INWARD_PATHS_PER_PART, of_vertex, progress);
         let mut paths = Self { starts: vec![0], points: Vec::new(), wanted };
         for path in found {
             paths.points.extend(path);
@@ -149,14 +150,14 @@ pub(super) fn inward_path(
     path: &mut Vec<PathPoint>,
 ) {
     let mut at = PathPoint { point: vertex, distance: 0.0 };
-    for k in 0..WAY_STEPS {
+    for k in 0..INWARD_STEPS {
         let axis = shortest_of_hull(normals);
         let slope = axis.length();
-        if slope < if k == 0 { WAY_BEGINS } else { WAY_SLOPE } {
+        if slope < if k == 0 { INWARD_FIRST_SLOPE } else { INWARD_SLOPE } {
             return;
         }
         let step =
-            Step { from: at.point, along: -axis / slope, distance: at.distance, slope: (1.0 - WAY_SLACK) * slope };
+            Step { from: at.point, along: -axis / slope, distance: at.distance, slope: (1.0 - INWARD_SLACK) * slope };
         let Some((length, near)) = step.length(tree, noise) else { return };
         at = PathPoint { point: step.at(length), distance: step.promise(length) };
         path.push(at);
@@ -199,7 +200,7 @@ impl Step {
         }
         let mut near = self.at(wall);
         let mut length = (wall - self.distance) / (1.0 + self.slope);
-        for _ in 0..WAY_LOOKS {
+        for _ in 0..INWARD_SEARCHES {
             if length <= noise {
                 return None;
             }
@@ -207,7 +208,7 @@ impl Step {
                 return Some((length, near));
             };
             near = nearer;
-            length = (1.0 - WAY_CUT) * self.reach_against(near).min(length);
+            length = (1.0 - INWARD_CUT) * self.reach_against(near).min(length);
         }
         None
     }

@@ -14,11 +14,11 @@
 
 use glam::DVec3;
 
-use super::OwnNormals;
+use super::AdmissibleNormals;
 use crate::algebra::tolerance::ADMISSIBLE_ANGLE;
 use crate::body::decompose::facet::NONE;
 
-impl OwnNormals<'_> {
+impl AdmissibleNormals<'_> {
     /// Returns a lower bound of the angle (rad) between `direction` and all admissible normals of
     /// the piece. `direction` is a unit vector in the piece's frame. The result is zero or negative
     /// if the direction is admissible or nearly admissible.
@@ -60,7 +60,7 @@ impl OwnNormals<'_> {
         if corner == NONE {
             return f64::INFINITY;
         }
-        let own = self.polytope.ring(vertex).iter().filter(|spoke| self.own_face(spoke.left).is_some());
+        let own = self.polytope.ring(vertex).iter().filter(|spoke| self.surface_face(spoke.left).is_some());
         let facing = own.map(|spoke| self.polytope.plane(spoke.left).normal.dot(direction)).reduce(f64::max);
         let Some(facing) = facing else { return f64::INFINITY };
         let (mesh, all) = (self.mesh, self.all);

@@ -2,9 +2,9 @@
 //!
 //! 1. For each triangle, find the face of its piece in which the triangle lies. The normal of that
 //!    face then counts as the normal of the triangle.
-//! 2. For each piece, find its own faces, and how much of each face is covered by triangles.
-//! 3. For each edge of an own face, find the sides of the face's triangles along the edge, and how
-//!    the mesh bends at these sides. If the mesh bends outward, add an arc.
+//! 2. For each piece, find its surface faces, and how much of each face is covered by triangles.
+//! 3. For each edge of a surface face, find the sides of the face's triangles along the edge, and
+//!    how the mesh bends at these sides. If the mesh bends outward, add an arc.
 //! 4. Find the mesh vertex at each vertex of a piece, and the neighbours of each mesh vertex.
 //! 5. Compute a cap around all admissible normals of each piece (`cap`).
 
@@ -12,7 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3};
 
-use super::{Admissible, Borrowed, OwnArc, OwnFace, Range, is_original};
+use super::{Admissible, Borrowed, Range, SurfaceArc, SurfaceFace, is_original};
 use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
 use crate::algebra::{Plane, Workers, map_in_order};
 use crate::body::decompose::facet::NONE;
@@ -58,9 +58,9 @@ impl Admissible {
         let mut answer = Self::default();
         for (polytope, piece) in polytopes.iter().zip(pieces) {
             let first = [answer.faces.len(), answer.borrowed.len()];
-            own_faces(source, polytope, piece, &mut answer.faces);
+            surface_faces(source, polytope, piece, &mut answer.faces);
             let faces = &answer.faces[first[0]..];
-            own_arcs(source, polytope, piece, faces, &mut answer.borrowed, first[1], &mut answer.arcs);
+            surface_arcs(source, polytope, piece, faces, &mut answer.borrowed, first[1], &mut answer.arcs);
             corners(source.mesh, polytope, piece, &mut answer.corners);
             answer.pieces.push(answer.end());
         }
@@ -147,27 +147,27 @@ impl<'s> Source<'s> {
     }
 }
 
-/// Appends the own faces of one piece.
-fn own_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &mut Vec<OwnFace>) {
+/// Appends the surface faces of one piece.
+fn surface_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &mut Vec<SurfaceFace>) {
     for face in (0..polytope.face_count() as u32).filter(|&face| !polytope.is_rim(face)) {
         let real = piece.face_triangles(face).iter().filter(|&&t| source.lies_in(t, polytope.plane(face)));
         let covered: f64 = real.map(|&t| source.mesh.triangle_area(t)).sum();
         if is_original(polytope, face) || covered > 0.0 {
-            faces.push(OwnFace { face, whole: covered >= COVERED_WHOLE * face_area(polytope, face) });
+            faces.push(SurfaceFace { face, whole: covered >= COVERED_WHOLE * face_area(polytope, face) });
         }
     }
 }
 
 /// Appends the arcs and borrowed normals of one piece. `first` is the index of its first borrowed
 /// normal.
-fn own_arcs(
+fn surface_arcs(
     source: &Source<'_>,
     polytope: &Polytope,
     piece: &Piece,
-    faces: &[OwnFace],
+    faces: &[SurfaceFace],
     borrowed: &mut Vec<Borrowed>,
     first: usize,
-    arcs: &mut Vec<OwnArc>,
+    arcs: &mut Vec<SurfaceArc>,
 ) {
     let own = |face: u32| faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| faces[k]);
     let sides = Sides::of(source, polytope, piece, faces);
@@ -181,7 +181,7 @@ fn own_arcs(
                     || sides.turn(source, polytope, e, true).is_some()
                     || sides.turn(source, polytope, e, false).is_some();
                 if real {
-                    arcs.push(OwnArc { edge: e, left: edge.left, right: edge.right });
+                    arcs.push(SurfaceArc { edge: e, left: edge.left, right: edge.right });
                 }
                 continue;
             }
@@ -193,11 +193,11 @@ fn own_arcs(
         let offset = normal.dot(polytope.vertex(edge.tail)).max(normal.dot(polytope.vertex(edge.head)));
         borrowed.push(Borrowed { plane: Plane { normal, offset }, edge: e });
         let (left, right) = if turned { (mine, theirs) } else { (theirs, mine) };
-        arcs.push(OwnArc { edge: e, left, right });
+        arcs.push(SurfaceArc { edge: e, left, right });
     }
 }
 
-/// The sides of triangles along the borders of a piece's own faces.
+/// The sides of triangles along the borders of a piece's surface faces.
 struct Sides {
     /// Tuples of face, tail point, head point, triangle and number of the side in the triangle;
     /// sorted by face.
@@ -205,7 +205,7 @@ struct Sides {
 }
 
 impl Sides {
-    fn of(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &[OwnFace]) -> Self {
+    fn of(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &[SurfaceFace]) -> Self {
         let mut sides = Vec::new();
         for own in faces {
             let virtual_beside = polytope.face_edges(own.face).iter().any(|e| {

@@ -16,7 +16,7 @@
 
 use glam::DVec3;
 
-use super::{Admissible, OwnNormals};
+use super::{Admissible, AdmissibleNormals};
 use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, CAP_LEAST, CAP_SLACK};
 use crate::body::decompose::facet::NONE;
 use crate::body::{HalfEdges, Mesh, Polytope};
@@ -69,14 +69,14 @@ impl Admissible {
         self.caps = caps.collect();
     }
 
-    fn cap(&self, around: &Around<'_>, own: &OwnNormals<'_>) -> Cap {
+    fn cap(&self, around: &Around<'_>, own: &AdmissibleNormals<'_>) -> Cap {
         let faces = || own.faces().iter().map(|face| own.plane(face.face).normal);
         let planes = || faces().chain(own.borrowed().iter().map(|borrowed| borrowed.plane.normal));
         let axis = planes().sum::<DVec3>().normalize_or_zero();
         let mut least = planes().map(|normal| axis.dot(normal)).fold(1.0, f64::min).acos();
         for v in 0..own.polytope().vertices().len() as u32 {
             let corner = own.corners[v as usize];
-            if corner == NONE || own.polytope().ring(v).iter().all(|spoke| own.own_face(spoke.left).is_none()) {
+            if corner == NONE || own.polytope().ring(v).iter().all(|spoke| own.surface_face(spoke.left).is_none()) {
                 continue;
             }
             let Some((most, narrow)) = around.most(corner, axis) else { return Cap::WHOLE };

@@ -37,7 +37,7 @@ fn is_real(normal: DVec3, offset: f64) -> bool {
 fn l_block_faces_are_its_admissible_planes() {
     let body = l_block();
     for k in 0..body.pieces().len() as u32 {
-        let own = body.own_normals(k);
+        let own = body.admissible_normals(k);
         assert!(!own.faces().is_empty());
         for face in own.faces() {
             let plane = own.plane(face.face);
@@ -69,20 +69,20 @@ fn inner_edge_has_no_normal_into_the_notch() {
             let (tail, head) = (polytope.vertex(edge.tail), polytope.vertex(edge.head));
             if inner(tail) && inner(head) {
                 inner_edges += 1;
-                assert!(!body.owns(k as u32, Feature::Edge(e as u32), 0.5 * (tail + head), diagonal));
+                assert!(!body.admits(k as u32, Feature::Edge(e as u32), 0.5 * (tail + head), diagonal));
             }
         }
         for (v, &p) in polytope.vertices().iter().enumerate() {
             // Along the diagonal, the neighbours of the inner corner are higher than the corner.
             // Along z, the neighbours of an upper corner are not higher.
-            let owns = |outward| body.owns(k as u32, Feature::Vertex(v as u32), p, outward);
+            let admits = |outward| body.admits(k as u32, Feature::Vertex(v as u32), p, outward);
             if inner(p) {
-                assert!(!owns(diagonal));
-                assert_eq!(owns(DVec3::Z), p.z > 0.5);
+                assert!(!admits(diagonal));
+                assert_eq!(admits(DVec3::Z), p.z > 0.5);
             } else {
                 let out = DVec3::new(p.x - 0.9, p.y - 0.9, p.z - 0.5).normalize();
                 let true_corner = [0.0, 2.0].contains(&p.x) && [0.0, 2.0].contains(&p.y);
-                assert!(!true_corner || owns(out), "piece {k}, {p}, {out}");
+                assert!(!true_corner || admits(out), "piece {k}, {p}, {out}");
             }
         }
     }
@@ -98,7 +98,7 @@ fn no_direction_within_the_bound_is_admissible() {
     let mut random = Random::new(SEED);
     let mut apart = 0;
     for k in 0..body.pieces().len() as u32 {
-        let own = body.own_normals(k);
+        let own = body.admissible_normals(k);
         let polytope = own.polytope();
         for _ in 0..2000 {
             let direction = random.direction();
@@ -111,7 +111,7 @@ fn no_direction_within_the_bound_is_admissible() {
             let turned = DQuat::from_axis_angle(axis, angle * random.unit()) * direction;
             let what = format!("seed {SEED:#x}, piece {k}: {direction}, {angle}, {turned}");
             let vertices = 0..polytope.vertices().len() as u32;
-            assert!(!vertices.into_iter().any(|v| own.vertex_owns(v, turned)), "{what}");
+            assert!(!vertices.into_iter().any(|v| own.vertex_admits(v, turned)), "{what}");
             // `edge_faces` only accepts directions that are perpendicular to the edge.
             for (e, edge) in polytope.edges().enumerate() {
                 let along = (polytope.vertex(edge.head) - polytope.vertex(edge.tail)).normalize();

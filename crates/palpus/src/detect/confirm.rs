@@ -39,13 +39,13 @@ use glam::DVec3;
 use super::Contact;
 use super::memory::PairMemory;
 use super::search::Asked;
-use crate::algebra::tolerance::{BELIEVED_EDGE_SHARE, BELIEVED_SHARE, TOUCHING};
+use crate::algebra::tolerance::{CONFIRMED_EDGE_SHARE, CONFIRMED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
 
 /// Returns true if the contact's depth agrees with the surfaces of the solids.
 pub(super) fn depth_is_confirmed(asked: &Asked<'_>, contact: &Contact) -> bool {
-    has_depth(asked, contact, BELIEVED_SHARE * -contact.separation, false)
+    has_depth(asked, contact, CONFIRMED_SHARE * -contact.separation, false)
 }
 
 /// Checks a contact along the least depth of its pieces, ignoring the surfaces of these pieces. The
@@ -60,7 +60,7 @@ pub(super) fn least_depth_is_confirmed(asked: &Asked<'_>, contact: &Contact) -> 
         return true;
     }
     let edges = matches!(contact.features, FeaturePair { a: Feature::Edge(_), b: Feature::Edge(_) });
-    let share = if edges { BELIEVED_EDGE_SHARE } else { BELIEVED_SHARE };
+    let share = if edges { CONFIRMED_EDGE_SHARE } else { CONFIRMED_SHARE };
     has_depth(asked, contact, share * depth, true)
 }
 

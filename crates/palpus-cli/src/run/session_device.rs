@@ -1,4 +1,4 @@
-//! A *seat* is one device of a session: its controls, its newest values, and its results.
+//! One device of a session: its controls, its newest values, and its results.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::stage::Stage;
 use crate::summary::{Gatherer, Summary};
 
 /// See the module's description.
-pub(super) struct Seat {
+pub(super) struct SessionDevice {
     pub(super) spec: DeviceSpec,
     limits: SafetyLimits,
     /// Settings for the next tick.
@@ -33,16 +33,16 @@ pub(super) struct Seat {
 }
 
 /// Results of a run for one device.
-pub(crate) struct EndedSeat {
+pub(crate) struct EndedDevice {
     pub(crate) summary: Summary,
     pub(crate) end: RunEnd,
     /// Files that were recorded.
     pub(crate) recordings: Vec<PathBuf>,
 }
 
-/// Parts that [`Seat::take`] makes of a plan.
+/// Parts that [`SessionDevice::take`] makes of a plan.
 pub(super) struct Taken {
-    pub(super) seat: Seat,
+    pub(super) device: SessionDevice,
     /// The servo thread's part.
     pub(super) working: Working,
     /// The queue from which the engine takes settings.
@@ -50,7 +50,7 @@ pub(super) struct Taken {
     pub(super) stage: Stage,
 }
 
-impl Seat {
+impl SessionDevice {
     /// Divides the plan of device `which` into its parts. If there are `files`, the run is recorded
     /// from the beginning to this device's file. `crease_angle`: the angle for which the engine can
     /// shade. `beginning`: options of recordings and of the fault log.
@@ -80,9 +80,9 @@ impl Seat {
             watched: watching,
         };
         let working = Working { device, sight };
-        let seat =
+        let taken =
             Self { spec, limits, settings, coupling, crease_angle, asked, guide, live, watched, recordings, faults };
-        Ok(Taken { seat, working, newest, stage })
+        Ok(Taken { device: taken, working, newest, stage })
     }
 
     /// Returns `wanted`, limited to what is possible for this tool. The engine's memory, the device
@@ -94,7 +94,7 @@ impl Seat {
             shading.crease_angle = crease_angle;
         }
         if let Some(coupling) = &mut settings.coupling {
-            coupling.skin = coupling.skin.min(settings.contact_tolerance);
+            coupling.contact_offset = coupling.contact_offset.min(settings.contact_tolerance);
         }
         settings
     }
@@ -117,12 +117,17 @@ impl Seat {
     }
 
     /// Returns the results after the loop has ended, with messages for the user.
-    pub(super) fn end(self, worked: Worked, claims: Option<&RealTimeClaims>, rate_hz: f64) -> (EndedSeat, Vec<String>) {
+    pub(super) fn end(
+        self,
+        worked: Worked,
+        claims: Option<&RealTimeClaims>,
+        rate_hz: f64,
+    ) -> (EndedDevice, Vec<String>) {
         let Worked { statistics, gatherer } = worked;
         let (recordings, mut notes) = self.recordings.finish();
         notes.extend(self.faults.and_then(FaultLog::finish));
         let summary = gatherer.finish(&statistics, &self.limits, claims, rate_hz);
-        (EndedSeat { summary, end: statistics.end, recordings }, notes)
+        (EndedDevice { summary, end: statistics.end, recordings }, notes)
     }
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Kept {
 }
 
 /// One device of a run.
-pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
+pub(super) struct DeviceRun<'a, D: HapticDevice + ?Sized> {
     which: usize,
     /// `None` after a lost device got its zero wrench.
     line: Option<Line<'a, D>>,
@@ -58,8 +58,8 @@ pub(super) struct Turn {
     pub(super) panicked: bool,
 }
 
-impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
-    /// Makes the seat of device number `which`. `shared` is true if the loop has several devices.
+impl<'a, D: HapticDevice + ?Sized> DeviceRun<'a, D> {
+    /// Starts the run of device number `which`. `shared` is true if the loop has several devices.
     pub(super) fn new(
         which: usize,
         device: &'a mut D,

@@ -21,8 +21,8 @@ const LARGE: f32 = 27.0;
 const ROUND: u8 = 5;
 
 /// The colours of panels and controls in a theme.
-struct Cloth {
-    panel: Rgb,
+struct PanelColours {
+    fill: Rgb,
     raised: Rgb,
     control: Rgb,
     hovered: Rgb,
@@ -36,8 +36,8 @@ struct Cloth {
     warning: Rgb,
 }
 
-const LIGHT: Cloth = Cloth {
-    panel: [243, 245, 248],
+const LIGHT: PanelColours = PanelColours {
+    fill: [243, 245, 248],
     raised: [255, 255, 255],
     control: [226, 231, 238],
     hovered: [212, 220, 231],
@@ -51,8 +51,8 @@ const LIGHT: Cloth = Cloth {
     warning: [168, 92, 0],
 };
 
-const DARK: Cloth = Cloth {
-    panel: [21, 24, 30],
+const DARK: PanelColours = PanelColours {
+    fill: [21, 24, 30],
     raised: [29, 33, 41],
     control: [44, 50, 61],
     hovered: [56, 64, 78],
@@ -67,8 +67,8 @@ const DARK: Cloth = Cloth {
 };
 
 /// Sets text sizes and colours, and the current theme.
-pub(super) fn dress(context: &Context, theme: Theme) {
-    for (egui_theme, cloth, visuals) in
+pub(super) fn apply_theme(context: &Context, theme: Theme) {
+    for (egui_theme, panel, visuals) in
         [(egui::Theme::Light, &LIGHT, Visuals::light()), (egui::Theme::Dark, &DARK, Visuals::dark())]
     {
         context.style_mut_of(egui_theme, |style| {
@@ -91,7 +91,7 @@ pub(super) fn dress(context: &Context, theme: Theme) {
             spacing.menu_margin = Margin::same(14);
             spacing.icon_width = 17.0;
             spacing.icon_width_inner = 10.0;
-            style.visuals = dyed(visuals, cloth);
+            style.visuals = coloured(visuals, panel);
         });
     }
     context.set_theme(match theme {
@@ -100,33 +100,33 @@ pub(super) fn dress(context: &Context, theme: Theme) {
     });
 }
 
-fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
+fn coloured(mut visuals: Visuals, panel: &PanelColours) -> Visuals {
     let stroke = |width, rgb| Stroke::new(width, colour(rgb));
-    visuals.panel_fill = colour(cloth.panel);
-    visuals.window_fill = colour(cloth.raised);
-    visuals.window_stroke = stroke(1.0, cloth.line);
-    visuals.faint_bg_color = colour(cloth.raised);
-    visuals.extreme_bg_color = colour(cloth.control);
-    visuals.weak_text_color = Some(colour(cloth.faint));
-    visuals.error_fg_color = colour(cloth.error);
-    visuals.warn_fg_color = colour(cloth.warning);
-    visuals.hyperlink_color = colour(cloth.accent);
-    visuals.selection.bg_fill = colour(cloth.chosen);
-    visuals.selection.stroke = stroke(1.0, cloth.text);
+    visuals.panel_fill = colour(panel.fill);
+    visuals.window_fill = colour(panel.raised);
+    visuals.window_stroke = stroke(1.0, panel.line);
+    visuals.faint_bg_color = colour(panel.raised);
+    visuals.extreme_bg_color = colour(panel.control);
+    visuals.weak_text_color = Some(colour(panel.faint));
+    visuals.error_fg_color = colour(panel.error);
+    visuals.warn_fg_color = colour(panel.warning);
+    visuals.hyperlink_color = colour(panel.accent);
+    visuals.selection.bg_fill = colour(panel.chosen);
+    visuals.selection.stroke = stroke(1.0, panel.text);
     visuals.slider_trailing_fill = true;
     let widgets = &mut visuals.widgets;
     for (widget, fill, line) in [
-        (&mut widgets.noninteractive, cloth.panel, cloth.line),
-        (&mut widgets.inactive, cloth.control, cloth.control),
-        (&mut widgets.hovered, cloth.hovered, cloth.faint),
+        (&mut widgets.noninteractive, panel.fill, panel.line),
+        (&mut widgets.inactive, panel.control, panel.control),
+        (&mut widgets.hovered, panel.hovered, panel.faint),
         // Pressed controls, and the control with the keyboard focus, which must be visible.
-        (&mut widgets.active, cloth.pressed, cloth.accent),
-        (&mut widgets.open, cloth.pressed, cloth.line),
+        (&mut widgets.active, panel.pressed, panel.accent),
+        (&mut widgets.open, panel.pressed, panel.line),
     ] {
         widget.bg_fill = colour(fill);
         widget.weak_bg_fill = colour(fill);
         widget.bg_stroke = stroke(1.0, line);
-        widget.fg_stroke = stroke(1.2, cloth.text);
+        widget.fg_stroke = stroke(1.2, panel.text);
         widget.corner_radius = CornerRadius::same(ROUND);
         widget.expansion = 0.0;
     }

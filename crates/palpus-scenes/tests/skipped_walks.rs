@@ -21,7 +21,7 @@ fn overlaps_without_normal_are_walked_once() {
     let settings = QuerySettings { tolerance: scene.contact.tolerance, ..QuerySettings::default() };
     let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
     let mut fresh = ContactQuery::new(a, b, settings);
-    let (mut barren, mut cold, mut coherent) = (0, 0, 0);
+    let (mut inadmissible, mut cold, mut coherent) = (0, 0, 0);
     for place in PLACES {
         for tick in 0..TICKS {
             let pose = scene.path.pose(place * scene.path.duration() + 1e-3 * tick as f64);
@@ -29,11 +29,11 @@ fn overlaps_without_normal_are_walked_once() {
             let expected = *fresh.run(&pose, &NoClock);
             let counters = *query.run(&pose, &NoClock);
             assert_eq!(counters.inadmissible, expected.inadmissible, "place {place}, tick {tick}");
-            barren += expected.inadmissible;
+            inadmissible += expected.inadmissible;
             cold += expected.walks;
             coherent += counters.walks;
         }
     }
-    assert!(barren > 0, "there must be such overlaps along the path");
-    assert!(coherent + barren / 2 < cold, "{coherent} walks instead of {cold}, for {barren} overlaps");
+    assert!(inadmissible > 0, "there must be such overlaps along the path");
+    assert!(coherent + inadmissible / 2 < cold, "{coherent} walks instead of {cold}, for {inadmissible} overlaps");
 }

@@ -8,13 +8,13 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
 
 /// A thread that gives answers `A` to questions `Q`.
-pub(super) struct Behind<Q, A> {
-    desk: Arc<Desk<Q, A>>,
+pub(super) struct Background<Q, A> {
+    state: Arc<JobState<Q, A>>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// State shared by window and thread.
-pub(super) struct Desk<Q, A> {
+pub(super) struct JobState<Q, A> {
     slots: Mutex<Slots<Q, A>>,
     asked: Condvar,
     /// Tells the window that a new answer is ready.
@@ -28,47 +28,47 @@ struct Slots<Q, A> {
     over: bool,
 }
 
-impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
+impl<Q: Send + 'static, A: Send + 'static> Background<Q, A> {
     /// Starts the thread. `work` is called with each request, and may give several answers, each
     /// better than the previous answer. `wake` is called after each answer.
     pub(super) fn new(
         wake: impl Fn() + Send + Sync + 'static,
-        mut work: impl FnMut(Q, &Desk<Q, A>) + Send + 'static,
+        mut work: impl FnMut(Q, &JobState<Q, A>) + Send + 'static,
     ) -> Self {
         let slots = Slots { question: None, answer: None, busy: false, over: false };
-        let desk = Arc::new(Desk { slots: Mutex::new(slots), asked: Condvar::new(), wake: Box::new(wake) });
-        let shared = Arc::clone(&desk);
-        let thread = std::thread::Builder::new().name("behind the window".to_owned());
+        let state = Arc::new(JobState { slots: Mutex::new(slots), asked: Condvar::new(), wake: Box::new(wake) });
+        let shared = Arc::clone(&state);
+        let thread = std::thread::Builder::new().name("window background".to_owned());
         // If no thread can be started, there are no answers.
         let thread = thread.spawn(move || {
             while let Some(question) = shared.next() {
                 work(question, &shared);
             }
         });
-        Self { desk, thread: thread.ok() }
+        Self { state, thread: thread.ok() }
     }
 
     /// Sends a request, which replaces an earlier request.
     pub(super) fn ask(&self, question: Q) {
-        if let Ok(mut slots) = self.desk.slots.lock() {
+        if let Ok(mut slots) = self.state.slots.lock() {
             slots.question = Some(question);
             slots.busy = true;
-            self.desk.asked.notify_one();
+            self.state.asked.notify_one();
         }
     }
 
     /// Returns the newest answer, once.
     pub(super) fn answer(&self) -> Option<A> {
-        self.desk.slots.lock().ok()?.answer.take()
+        self.state.slots.lock().ok()?.answer.take()
     }
 
     /// True while further answers are expected.
     pub(super) fn is_busy(&self) -> bool {
-        self.desk.slots.lock().is_ok_and(|slots| slots.busy)
+        self.state.slots.lock().is_ok_and(|slots| slots.busy)
     }
 }
 
-impl<Q, A> Desk<Q, A> {
+impl<Q, A> JobState<Q, A> {
     /// Waits for the next request; `None` when the window is closed.
     fn next(&self) -> Option<Q> {
         let mut slots = self.slots.lock().ok()?;
@@ -104,12 +104,12 @@ impl<Q, A> Desk<Q, A> {
     }
 }
 
-impl<Q, A> Drop for Behind<Q, A> {
+impl<Q, A> Drop for Background<Q, A> {
     fn drop(&mut self) {
-        if let Ok(mut slots) = self.desk.slots.lock() {
+        if let Ok(mut slots) = self.state.slots.lock() {
             slots.over = true;
         }
-        self.desk.asked.notify_one();
+        self.state.asked.notify_one();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -124,28 +124,28 @@ mod tests {
     #[test]
     fn newest_request_is_answered_and_older_work_stops() {
         let (woken, waking) = channel();
-        let behind = Behind::new(
+        let background = Background::new(
             move || {
                 let _ = woken.send(());
             },
-            |question: u32, desk: &Desk<u32, u32>| {
+            |question: u32, state: &JobState<u32, u32>| {
                 // The job works on the first request until there is another request.
-                while question == 1 && !desk.is_superseded() {
+                while question == 1 && !state.is_superseded() {
                     std::thread::yield_now();
                 }
-                desk.answer(question * 10);
+                state.answer(question * 10);
             },
         );
-        behind.ask(1);
-        behind.ask(2);
+        background.ask(1);
+        background.ask(2);
         let mut last = None;
         while last != Some(20) {
             waking.recv().expect("the job wakes the window");
-            last = behind.answer().or(last);
+            last = background.answer().or(last);
         }
-        while behind.is_busy() {
+        while background.is_busy() {
             waking.recv().expect("the job reports that it has finished");
         }
-        assert_eq!(behind.answer(), None);
+        assert_eq!(background.answer(), None);
     }
 }
