@@ -52,7 +52,8 @@ pub(super) fn nearest_on_meshes(placed: &Placed<'_>, apart: impl Iterator<Item =
 /// the meshes; `None` if the meshes are not nearer than the limit there.
 pub(super) fn on_meshes(placed: &Placed<'_>, contact: &Contact, limit: f64) -> Option<Contact> {
     let deviation = deviation(placed, [contact.piece_a, contact.piece_b]);
-    let known = Some(*contact).filter(|contact| contact.separation < limit);
+    // The separation of extremely distant bodies may be infinite.
+    let known = Some(*contact).filter(|contact| limit == f64::INFINITY || contact.separation < limit);
     if contact.separation <= 0.0 || deviation == 0.0 {
         return known;
     }
