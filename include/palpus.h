@@ -22,7 +22,7 @@
 #define PALPUS_ABI_VERSION 2
 
 /**
- * Flatness for measurements: distances are exact to this fraction of the model's size.
+ * Flatness for measurements: depths are exact to about this fraction of the model's size.
  */
 #define PALPUS_FLATNESS_EXACT 3e-8
 

@@ -13,7 +13,7 @@ use crate::handle::{Kind, Table};
 use crate::pointer::{In, InArray, Out, Text};
 use crate::result::{Fault, entry, palpus_result};
 
-/// Flatness for measurements: distances are exact to this fraction of the model's size.
+/// Flatness for measurements: depths are exact to about this fraction of the model's size.
 pub const PALPUS_FLATNESS_EXACT: f64 = 3e-8;
 /// Flatness for haptic rendering: a plane whose coordinates a file wrote with six digits becomes
 /// one face.

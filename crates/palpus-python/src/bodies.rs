@@ -73,7 +73,7 @@ impl Wanted {
 
 #[pymethods]
 impl Body {
-    /// Flatness for measurements: distances are exact to this fraction of the model's size.
+    /// Flatness for measurements: depths are exact to about this fraction of the model's size.
     #[classattr]
     const EXACT: f64 = BodySettings::EXACT;
     /// Flatness for haptic rendering: planes that were written with few digits become one face.

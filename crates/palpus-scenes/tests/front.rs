@@ -100,10 +100,10 @@ impl<'a> Duel<'a> {
             return;
         }
         let mut counters = TraversalCounters::default();
-        let nearest = self
-            .front
-            .nearest(&PlacedPair::new(side(self.a), side(self.b), place, tolerance), &mut counters)
-            .expect("every body has pieces");
+        let placed = PlacedPair::new(side(self.a), side(self.b), place, tolerance);
+        let mut found = LeafPairs::new(1);
+        self.front.nearest(&placed, 0.0, &mut found, &mut counters);
+        let nearest = found.as_slice().first().expect("every body has pieces");
         let ours = judge::distance(&nearest.proximity);
         let size = self.a.size() + self.b.size();
         let least = |pairs: &mut dyn Iterator<Item = f64>| pairs.fold(f64::INFINITY, f64::min);

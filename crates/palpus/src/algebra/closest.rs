@@ -94,6 +94,28 @@ pub fn closest_on_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     a + ab * (vb * denominator) + ac * (vc * denominator)
 }
 
+/// Returns the closest points of two triangles that do not cross, the first on `a`.
+pub fn closest_on_triangles(a: &[DVec3; 3], b: &[DVec3; 3]) -> [DVec3; 2] {
+    let mut best = [a[0], b[0]];
+    let mut least = f64::INFINITY;
+    let mut consider = |on_a: DVec3, on_b: DVec3| {
+        let squared = on_a.distance_squared(on_b);
+        if squared < least {
+            (best, least) = ([on_a, on_b], squared);
+        }
+    };
+    let [[a0, a1, a2], [b0, b1, b2]] = [*a, *b];
+    a.iter().for_each(|&p| consider(p, closest_on_triangle(p, b0, b1, b2)));
+    b.iter().for_each(|&p| consider(closest_on_triangle(p, a0, a1, a2), p));
+    for (p1, q1) in [(a0, a1), (a1, a2), (a2, a0)] {
+        for (p2, q2) in [(b0, b1), (b1, b2), (b2, b0)] {
+            let SegmentSegment { first, second, .. } = closest_segment_segment(p1, q1, p2, q2);
+            consider(first, second);
+        }
+    }
+    best
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -17,7 +17,9 @@ mod work;
 mod workers;
 
 pub use clock::{Clock, NoClock};
-pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
+pub use closest::{
+    SegmentSegment, closest_on_segment, closest_on_triangle, closest_on_triangles, closest_segment_segment,
+};
 pub(crate) use directions::{Directions, LANES};
 pub use plane::Plane;
 pub use pose::{Placement, Pose};

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::decompose::decompose;
+use super::piece::deviation::Deviations;
 use super::piece::{Piece, build_piece};
 use super::precision::coordinate_step;
 use super::{
@@ -31,8 +32,10 @@ pub struct BodySettings {
 }
 
 impl BodySettings {
-    /// Flatness for measurements. The error of distances is at most this value times the bounding
-    /// diagonal.
+    /// Flatness for measurements. The error of depths is at most about this value times the
+    /// bounding diagonal. The distance of [`ContactQuery::nearest`] has only rounding errors.
+    ///
+    /// [`ContactQuery::nearest`]: crate::detect::ContactQuery::nearest
     pub const EXACT: f64 = 3e-8;
     /// Flatness for haptic rendering: 3 µm on an object of 10 cm. A person cannot feel this
     /// deviation. If a plane is written with six digits, this flatness merges it into one face. A
@@ -94,6 +97,7 @@ pub struct Body {
     hierarchy: Hierarchy,
     mass: MassProperties,
     health: Health,
+    deviations: Deviations,
 }
 
 impl Body {
@@ -161,10 +165,13 @@ impl Body {
         let Ground { mesh, cleaning, half_edges, tree, step, flatness } = ground;
         let BodyParts { polytopes, pieces, hierarchy } = parts;
         let noise = Surface::new(&mesh, &half_edges, step, flatness).noise();
-        let of_pieces = || Admissible::new(&mesh, &half_edges, &polytopes, &pieces, noise, workers);
+        let of_pieces = || {
+            let admissible = Admissible::new(&mesh, &half_edges, &polytopes, &pieces, noise, workers);
+            (admissible, Deviations::new(&mesh, &polytopes, &pieces, noise, workers))
+        };
         let of_mesh = || (MassProperties::new(&mesh), Health::quick(&mesh, &half_edges, cleaning));
-        let (admissible, (mass, health)) = both(workers, of_pieces, of_mesh);
-        Self { mesh, half_edges, tree, polytopes, pieces, admissible, hierarchy, mass, health }
+        let ((admissible, deviations), (mass, health)) = both(workers, of_pieces, of_mesh);
+        Self { mesh, half_edges, tree, polytopes, pieces, admissible, hierarchy, mass, health, deviations }
     }
 
     /// Builds a body of one piece from the convex hull of `points` (m).
@@ -221,6 +228,11 @@ impl Body {
     /// metres.
     pub fn admits(&self, k: u32, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         self.admissible_normals(k).holds(&self.pieces[k as usize], feature, point, outward)
+    }
+
+    /// Returns how far the pieces differ from the mesh.
+    pub(crate) fn deviations(&self) -> &Deviations {
+        &self.deviations
     }
 
     /// Returns the tree of hulls over the pieces.

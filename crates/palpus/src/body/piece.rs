@@ -9,6 +9,7 @@
 //!    one half, the tag is correct for the larger part of the face.
 
 pub(super) mod admissible;
+pub(super) mod deviation;
 
 use glam::DVec3;
 

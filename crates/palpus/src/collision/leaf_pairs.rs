@@ -66,6 +66,16 @@ impl LeafPairs {
         &self.pairs
     }
 
+    /// Removes the pairs that are apart by more than `limit`.
+    pub(super) fn retain_within(&mut self, limit: f64) {
+        self.pairs.retain(|pair| match pair.proximity {
+            Proximity::Disjoint(closest) => closest.distance <= limit,
+            Proximity::Overlapping(_) => true,
+        });
+        // The indices in the heap are outdated now.
+        self.ranks.clear();
+    }
+
     /// Moves the pairs for which `is_first` holds to the start of the list. Returns their number.
     pub(crate) fn partition(&mut self, mut is_first: impl FnMut(&LeafPair) -> bool) -> usize {
         let mut first = 0;

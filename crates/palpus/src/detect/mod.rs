@@ -4,6 +4,7 @@ mod batch;
 mod confirm;
 mod contact;
 mod counters;
+mod exact;
 mod guard;
 mod held;
 mod late;

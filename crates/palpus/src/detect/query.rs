@@ -123,6 +123,10 @@ impl ContactQuery {
 
     /// Runs the query, and returns the nearest pair of points of the two bodies at any distance. If
     /// the bodies overlap, returns the deepest contact. `None` if a body has no pieces.
+    ///
+    /// A distance, its points and its normal are those of the triangles of the meshes, up to
+    /// rounding. Separations in [`Self::found`] are those of the pieces, which differ from the
+    /// triangles by the flatness of the bodies ([`BodySettings`](crate::body::BodySettings)).
     pub fn nearest(&mut self, pose_ba: &Pose) -> Option<Contact> {
         self.run(pose_ba, &NoClock);
         let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);

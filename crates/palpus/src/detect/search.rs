@@ -28,6 +28,7 @@
 //! same sequence of poses gives the same order.
 
 use super::confirm::{LastOverlap, depth_is_confirmed, least_depth_is_confirmed, replacement};
+use super::exact::{Placed, nearest_on_meshes, on_meshes, slack};
 use super::guard::Guard;
 use super::held::HeldContacts;
 use super::pair::{Found, at_closest};
@@ -238,21 +239,29 @@ impl PairSearch {
     }
 
     /// Returns the nearest pair of points at any distance, or the deepest contact. `asked` is the
-    /// input of the last [`Self::run`].
+    /// input of the last [`Self::run`]. A distance is that of the meshes (`exact`).
     pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
+        let meshes = Placed { a: asked.a, b: asked.b, place: &asked.place };
         let least = |x: &&Contact, y: &&Contact| x.separation.total_cmp(&y.separation);
-        let contact = self.contacts.iter().min_by(least).copied();
+        let contact = self.contacts.iter().min_by(least).and_then(|contact| on_meshes(&meshes, contact, f64::INFINITY));
         if contact.is_some_and(|contact| contact.separation <= 0.0) {
             return contact;
         }
-        let leaf = self.front.nearest(&asked.placed(), &mut counters.traversal)?;
-        let nearest = match leaf.proximity {
-            Proximity::Disjoint(closest) => Some(at_closest(&leaf, &closest)),
-            Proximity::Overlapping(_) => match self.contact(asked, &leaf, counters) {
+        self.front.nearest(&asked.placed(), slack(asked.a, asked.b), &mut self.leaves, &mut counters.traversal);
+        let overlap = self.leaves.as_slice().iter().find(|leaf| matches!(leaf.proximity, Proximity::Overlapping(_)));
+        let nearest = match overlap.copied() {
+            Some(leaf) => match self.contact(asked, &leaf, counters) {
                 Found::Admissible(contact) | Found::Moved(contact, _) => Some(contact),
                 Found::Inadmissible(contact) => contact,
                 Found::Nothing => None,
             },
+            None => {
+                let apart = self.leaves.as_slice().iter().filter_map(|leaf| match leaf.proximity {
+                    Proximity::Disjoint(closest) => Some(at_closest(leaf, &closest)),
+                    Proximity::Overlapping(_) => None,
+                });
+                nearest_on_meshes(&meshes, apart)
+            }
         };
         // If both are equally near, return the contact, since its features belong to the mesh.
         match (contact, nearest) {

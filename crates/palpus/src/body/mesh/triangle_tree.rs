@@ -116,7 +116,7 @@ impl TriangleTree {
 
     /// Descends into all nodes whose box `enter` accepts. Calls `visit` with the position (in leaf
     /// order) of each triangle in the visited leaves, until `visit` breaks.
-    pub(in crate::body) fn descend(
+    pub(crate) fn descend(
         &self,
         mut enter: impl FnMut(&Aabb) -> bool,
         mut visit: impl FnMut(usize) -> ControlFlow<()>,

@@ -21,6 +21,16 @@ pub(super) struct NodePair {
     bound: f64,
 }
 
+/// The nearest leaf pairs that a search has found so far.
+struct Near<'f> {
+    /// Pairs farther apart than this do not count; [`Self::slack`] above the least distance.
+    limit: f64,
+    slack: f64,
+    /// Nodes of a leaf pair that is already known.
+    known: Option<[u32; 2]>,
+    found: &'f mut LeafPairs,
+}
+
 impl Front {
     /// Adds to `found` the leaf pairs below a pair of nodes that overlap or are nearer than the
     /// tolerance.
@@ -40,34 +50,43 @@ impl Front {
         });
     }
 
-    /// The nearest leaf pair of all, or an overlapping one when there is any; `query` is the last
-    /// one, of all pairs.
-    pub fn nearest(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) -> Option<LeafPair> {
-        let (mut best, mut limit) = (None, f64::INFINITY);
+    /// Writes to `found` the nearest leaf pair of all, or an overlapping one when there is any.
+    /// Also writes the leaf pairs that are at most `slack` farther apart. `query` is the last one,
+    /// of all pairs. `found` is cleared first.
+    pub fn nearest(
+        &mut self,
+        query: &PlacedPair<'_>,
+        slack: f64,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) {
+        found.clear();
+        let mut near = Near { limit: f64::INFINITY, slack, known: None, found };
         // The search below the last result, and then below the best bound, gives a limit that
         // excludes most other pairs.
-        if let Some(nodes) = self.last_nearest {
-            limit = self.nearer(query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
+        let known = self.last_nearest;
+        if let Some(nodes) = known {
+            self.nearer(query, NodePair { nodes, bound: 0.0 }, &mut near, counters);
+            near.known = known;
         }
         if !self.begun {
             let nodes = [query.a.hierarchy.root(), query.b.hierarchy.root()];
-            self.nearer(query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
-            return best;
+            self.nearer(query, NodePair { nodes, bound: 0.0 }, &mut near, counters);
+            return;
         }
         let places = 0..self.fresh;
         let first = places.clone().filter_map(|place| self.on_cut(place)).min_by(|x, y| x.bound.total_cmp(&y.bound));
-        if let Some(first) = first.filter(|first| first.bound < limit) {
-            limit = self.nearer(query, first, limit, &mut best, counters);
+        if let Some(first) = first.filter(|first| first.bound < near.limit) {
+            self.nearer(query, first, &mut near, counters);
         }
         for place in places {
             if let Some(pair) = self.on_cut(place)
-                && pair.bound < limit
+                && pair.bound < near.limit
                 && first.is_none_or(|first| first.nodes != pair.nodes)
             {
-                limit = self.nearer(query, pair, limit, &mut best, counters);
+                self.nearer(query, pair, &mut near, counters);
             }
         }
-        best
     }
 
     /// The pair at a place of the cut, and how far apart it is at least.
@@ -84,28 +103,30 @@ impl Front {
         Some(NodePair { nodes: [a, b], bound })
     }
 
-    /// Searches below a pair for a leaf pair nearer than `limit`, and stores it in `best`. Returns
-    /// the new limit.
+    /// Searches below a pair for leaf pairs nearer than the limit.
     fn nearer(
         &mut self,
         query: &PlacedPair<'_>,
         pair: NodePair,
-        limit: f64,
-        best: &mut Option<LeafPair>,
+        near: &mut Near<'_>,
         counters: &mut TraversalCounters,
-    ) -> f64 {
-        let (mut least, mut last) = (limit, self.last_nearest);
-        least = self.descend(query, pair, limit, counters, &mut |nodes, answer| {
-            if answer.distance() < least {
-                least = answer.distance();
-                *best = Some(unremembered(query, nodes, answer));
-                last = Some(nodes);
+    ) {
+        let mut last = self.last_nearest;
+        let limit = self.descend(query, pair, near.limit, counters, &mut |nodes, answer| {
+            let distance = answer.distance();
+            if distance < near.limit && near.known != Some(nodes) {
+                if distance + near.slack < near.limit {
+                    near.limit = distance + near.slack;
+                    near.found.retain_within(near.limit);
+                    last = Some(nodes);
+                }
+                near.found.push(unremembered(query, nodes, answer), query);
             }
             // Nothing is nearer than an overlap.
-            if matches!(answer.proximity, Proximity::Overlapping(_)) { f64::NEG_INFINITY } else { least }
+            if matches!(answer.proximity, Proximity::Overlapping(_)) { f64::NEG_INFINITY } else { near.limit }
         });
+        near.limit = limit;
         self.last_nearest = last;
-        least
     }
 
     /// Visits the leaf pairs below a pair that are no farther apart than the limit. Each visit
