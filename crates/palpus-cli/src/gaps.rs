@@ -1,9 +1,9 @@
 //! Chooses values that a scene file leaves out, from its meshes.
 //!
 //! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the play that
-//!    the parts have at the file's poses ([`crate::play`]). On bodies of one millimetre, 1 mm would
-//!    be the whole body. If the tolerance exceeded half of the play, direct rendering would push
-//!    from both sides at once.
+//!    the parts have near the file's poses ([`crate::play`]). On bodies of one millimetre, 1 mm
+//!    would be the whole body. If the tolerance exceeded half of the play, direct rendering would
+//!    push from both sides at once.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
 //!    above the environment, without overlap in any orientation. The probe's distance from first
 //!    touch is at most the distance that a hand moves in a second.
@@ -21,7 +21,7 @@ use palpus::body::Body;
 use palpus_io::scene::SceneFile;
 
 use crate::approach::WayIn;
-use crate::play::play;
+use crate::play::half_play;
 
 /// Plausible sizes of bodies that are felt by hand, m.
 const SMALL: f64 = 5e-3;
@@ -83,7 +83,7 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
 /// in the frame of `b`), and whether the play determined it. It is at most `default` (m).
 pub(crate) fn tolerance(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, default: f64) -> (f64, bool) {
     let most = default.min(TOLERANCE_SHARE * a.size().min(b.size()));
-    let half = play(a, b, pose_ba, most).map_or(f64::INFINITY, |play| 0.5 * play);
+    let half = half_play(a, b, pose_ba, most).unwrap_or(f64::INFINITY);
     let by_play = half < most;
     (if by_play { half.max(LEAST_BY_PLAY * most) } else { most }, by_play)
 }

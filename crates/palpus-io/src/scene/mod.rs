@@ -19,7 +19,7 @@
 //! orientation = [0, 0, 0, 1]
 //!
 //! [contact]
-//! tolerance = 1.0           # default 1 mm; when coupled, it determines the contact offset
+//! tolerance = 1.0           # default at most 1 mm; when coupled, it determines the contact offset
 //! cluster_radius = 4.0      # default 4 mm; for linkage and for the range of friction
 //! clustering = "smooth"     # continuous forces; or "linkage", the paper's method
 //! split_angle = 130         # degrees, or false for no splitting; for linkage

@@ -8,9 +8,9 @@
 //!    ([`super::SceneCoupling::settings`]).
 //!
 //! For missing keys ([`super::SceneGaps`]), this module uses fixed defaults. The program `palpus`
-//! computes these values from the meshes instead: a finer tolerance for small bodies, a free place
-//! above the environment, and a grip within the tool. Other programs should set these keys in the
-//! file.
+//! computes these values from the meshes instead: a finer tolerance for small bodies and for
+//! close-fitting parts, a free place above the environment, and a grip within the tool. Other
+//! programs should set these keys in the file.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

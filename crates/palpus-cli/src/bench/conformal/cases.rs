@@ -39,7 +39,7 @@ enum Kind {
 enum Tolerance {
     /// Tolerance, m.
     Given(f64),
-    /// The tolerance of a scene file that states none.
+    /// The tolerance of a scene file that has the first pose and states no tolerance.
     Chosen,
 }
 
@@ -146,7 +146,7 @@ impl Case {
         };
         let tolerance = match plan.tolerance {
             Tolerance::Given(tolerance) => tolerance,
-            Tolerance::Chosen => gaps::tolerance(&a, &b, &Pose::IDENTITY, DEFAULT_TOLERANCE).0,
+            Tolerance::Chosen => gaps::tolerance(&a, &b, &stretches[0][0], DEFAULT_TOLERANCE).0,
         };
         Ok(Some(Self { name: plan.name, a, b, stretches, tolerance, coupled: plan.coupled, analytic }))
     }
