@@ -35,9 +35,9 @@ def read_obj(path):
     return np.array(vertices), np.array(triangles)
 
 
-def tree(path, scale):
+def tree(path, scale, model=None):
     vertices, triangles = read_obj(pathlib.Path(path))
-    model = coal.BVHModelOBB()
+    model = model or coal.BVHModelOBB()
     model.beginModel(len(triangles), len(vertices))
     model.addVertices(vertices * scale)
     model.addTriangles(triangles)

@@ -105,7 +105,7 @@ pub(crate) enum BenchCommand {
     /// Measures close-fitting contact (a nut pressed on its thread, gears, a peg in its hole,
     /// scans): time and work of a step, and the error of the wrench.
     #[command(
-        after_help = "Example:\n  palpus bench conformal --models models --out conformal\n\nTimes are processor time of one thread. docs/conformal.md describes the columns."
+        after_help = "Example:\n  palpus bench conformal --models models --out conformal\n\nTimes are processor time of one thread. docs/conformal.md describes the columns.\nbenches/peers/conformal_peers.py runs other engines on the same poses."
     )]
     Conformal {
         /// The folder for the files.
@@ -121,9 +121,13 @@ pub(crate) enum BenchCommand {
         /// threads, each pose takes seconds.
         #[arg(long, value_name = "N", default_value_t = 24)]
         truths: usize,
-        /// Only the cases whose names begin with this text.
+        /// Only the case of this name, or the cases whose names begin with this text.
         #[arg(long, value_name = "NAME")]
         only: Option<String>,
+        /// Also writes the bodies, the compared poses, the answers and the truth of each case to a
+        /// folder, for other engines.
+        #[arg(long)]
+        traces: bool,
     },
     /// Times the engine step (query, depth, force) of two models over a list of poses.
     #[command(

@@ -3,14 +3,15 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose, Wrench, quantile_of_sorted};
-use palpus::detect::{ContactQuery, Proof, QueryCounters, QuerySettings};
+use palpus::algebra::{Pose, Wrench, quantile_of_sorted};
+use palpus::detect::{Contact, ContactQuery, Proof, QueryCounters, QuerySettings};
 use palpus::force::{LoadSharing, Tilted};
-use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
+use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
 use serde::{Serialize, Serializer};
 
 use super::cases::{Analytic, Case};
 use super::cpu::CpuClock;
+use super::trace::{Answer, Trace};
 use crate::bench::{TICK, settings};
 
 /// Limit of the work of a coupled step, in units of work.
@@ -110,8 +111,9 @@ pub(super) struct Accuracy {
     pub(super) analytic: Option<[f64; 2]>,
 }
 
-/// Runs a case and compares about `truths` of its poses with the truth.
-pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
+/// Runs a case and compares about `truths` of its poses with the truth. The trace gets these poses
+/// and the pose before each of them.
+pub(super) fn measure(case: &Case, truths: usize, mut trace: Option<&mut Trace>) -> anyhow::Result<Row> {
     let plain = settings(case.tolerance);
     let limits: Limits = Settings::default().limits;
     let coupled = Settings {
@@ -131,27 +133,32 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     for stretch in &case.stretches {
         renderer.clear();
         renderer.allow(None);
-        let mut last = renderer.step(&ProbeState::at(stretch[0]), TICK, &NoClock).commanded;
+        let tick = renderer.step(&ProbeState::at(stretch[0]), TICK, &clock);
+        let mut last = (tick.times.total as f64 / 1e3, answer(tick));
         if case.coupled {
             renderer.allow(Some(ALLOWED));
         }
         for (k, pose) in stretch.iter().enumerate().skip(1) {
             let tick = renderer.step(&ProbeState::at(*pose), TICK, &clock);
-            times.push(tick.times.total as f64 / 1e3);
+            let now = (tick.times.total as f64 / 1e3, answer(tick));
+            times.push(now.0);
             for (sum, time) in stages.iter_mut().zip([tick.times.query, tick.times.depth, tick.times.force]) {
                 *sum += time as f64 / 1e3;
             }
             each.add(&tick.counters.query);
             late += u32::from(tick.is_late());
             contacts += tick.contacts.len() as f64;
-            let now = tick.commanded;
-            turns.extend(angle(last.force, now.force));
-            last = now;
+            turns.extend(angle(last.1.wrench.force, now.1.wrench.force));
             if !case.coupled && k % every == 0 {
-                let expected = truth.at(pose);
-                errors.compare(&now, &expected, case, pose, plain.stiffness);
-                errors.true_turns.extend(angle(truth.at(&stretch[k - 1]).force, expected.force));
+                let (before, expected) = (truth.at(&stretch[k - 1]), truth.at(pose));
+                errors.compare(&now.1.wrench, &expected.wrench, case, pose, plain.stiffness);
+                errors.true_turns.extend(angle(before.wrench.force, expected.wrench.force));
+                if let Some(trace) = trace.as_deref_mut() {
+                    trace.row(k - 1, &stretch[k - 1], last.0, [&last.1, &before])?;
+                    trace.row(k, pose, now.0, [&now.1, &expected])?;
+                }
             }
+            last = now;
         }
     }
     let ticks = times.len() as f64;
@@ -186,6 +193,15 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     })
 }
 
+fn answer(tick: &Tick) -> Answer {
+    Answer { wrench: tick.commanded, contacts: tick.contacts.len(), separation: deepest(&tick.contacts) }
+}
+
+/// Returns the separation of the deepest contact, m; infinite without contacts.
+fn deepest(contacts: &[Contact]) -> f64 {
+    contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min)
+}
+
 /// Computes the true wrench: the engine's contact law at single poses, for all contacts. Each depth
 /// is proven, and nothing is cached, extrapolated, sampled or dropped.
 struct Truth {
@@ -211,7 +227,7 @@ impl Truth {
         Self { queries: [query(settings.patch_angle), query(None)], sharing: LoadSharing::new(TRUE_CAPACITY), settings }
     }
 
-    fn at(&mut self, pose: &Pose) -> Wrench {
+    fn at(&mut self, pose: &Pose) -> Answer {
         let [corners, pairs] = &mut self.queries;
         corners.clear();
         pairs.clear();
@@ -228,7 +244,8 @@ impl Truth {
             let force = contact.direction * (self.settings.stiffness * share * contact.engagement);
             Wrench::of_force_at(force, contact.place - pose.translation)
         };
-        tilted.iter().zip(shares).map(push).fold(Wrench::ZERO, |sum, one| sum + one)
+        let wrench = tilted.iter().zip(shares).map(push).fold(Wrench::ZERO, |sum, one| sum + one);
+        Answer { wrench, contacts: contacts.len(), separation: deepest(contacts) }
     }
 }
 

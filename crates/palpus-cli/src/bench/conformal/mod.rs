@@ -9,6 +9,7 @@
 mod cases;
 mod cpu;
 mod measure;
+mod trace;
 
 use std::fs;
 use std::path::Path;
@@ -18,24 +19,36 @@ use anyhow::bail;
 
 use self::cases::Case;
 use self::measure::{COUNTED, Row};
+use self::trace::Trace;
 use crate::table::Table;
 use crate::{files, output};
 
-/// Measures all cases, or the cases whose names begin with `only`. Writes `conformal.txt` and
-/// `conformal.json` to `out`.
+/// Measures all cases, the case `only`, or if there is none of this name, the cases whose names
+/// begin with it. Writes `conformal.txt` and `conformal.json` to `out`, and for other engines a
+/// folder for each case if `traces` is true.
 pub(super) fn conformal(
     out: &Path,
     models: Option<&Path>,
     [ticks, truths]: [usize; 2],
     only: Option<&str>,
+    traces: bool,
 ) -> anyhow::Result<ExitCode> {
     files::make_folder(out)?;
-    let wanted = |name: &str| only.is_none_or(|only| name.starts_with(only));
+    let exact = cases::names().into_iter().find(|name| only == Some(name));
+    let wanted = |name: &str| match (exact, only) {
+        (Some(exact), _) => name == exact,
+        (None, Some(only)) => name.starts_with(only),
+        (None, None) => true,
+    };
     let mut rows = Vec::new();
     for case in cases::CASES.iter().filter(|case| wanted(case.name)) {
         match Case::of(case, models, ticks)? {
             Some(case) => {
-                rows.push(measure::measure(&case, truths)?);
+                let mut trace = if traces { Some(Trace::new(&out.join(case.name), &case)?) } else { None };
+                rows.push(measure::measure(&case, truths, trace.as_mut())?);
+                if let Some(trace) = trace {
+                    trace.finish()?;
+                }
                 output::line(rows.last().map_or(String::new(), measure::Row::line));
             }
             None => output::note(format!("note: {} needs meshes that are not in --models", case.name)),
