@@ -16,6 +16,9 @@ pub(crate) struct WayIn {
     towards: DVec3,
     /// Length of the path, m.
     travel: f64,
+    /// Direction in which the hand presses at the end: into the touched surface. Unit vector,
+    /// world.
+    inward: DVec3,
 }
 
 impl WayIn {
@@ -29,11 +32,14 @@ impl WayIn {
         let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
         let towards = goal.normalize_or(-DVec3::Z);
         // Conservative advancement: a step of the current distance cannot cause overlap.
-        let mut way = Self { towards, travel: 0.0 };
+        let mut way = Self { towards, travel: 0.0, inward: towards };
         for _ in 0..MOST_ADVANCES {
-            let gap = nearest(way.end(start, 0.0)).map_or(f64::INFINITY, |contact| contact.separation);
+            let touched = nearest(way.end(start, 0.0));
+            let gap = touched.map_or(f64::INFINITY, |contact| contact.separation);
             if gap <= 0.1 * tolerance {
-                return way;
+                // The path may only graze the surface, for example in a hole of a plate.
+                let normal = touched.filter(|_| gap > 0.0).map(|contact| environment.vector(-contact.normal));
+                return Self { inward: normal.unwrap_or(towards), ..way };
             }
             if way.travel > goal.length() {
                 break;
@@ -41,10 +47,10 @@ impl WayIn {
             way.travel += gap;
         }
         match nearest(start) {
-            Some(contact) => Self {
-                towards: environment.vector(contact.point_b - contact.point_a).normalize_or(towards),
-                travel: contact.separation.max(0.0),
-            },
+            Some(contact) => {
+                let towards = environment.vector(contact.point_b - contact.point_a).normalize_or(towards);
+                Self { towards, travel: contact.separation.max(0.0), inward: towards }
+            }
             None => way,
         }
     }
@@ -78,7 +84,8 @@ pub(crate) fn approach(
         CouplingMode::Direct => LEAST_PRESS.min(LEAST_PRESS_SHARE * a.size().min(b.size())),
     };
     let press = least.max(PRESS_TOLERANCES * tolerance);
-    let pressed = way.end(start, press);
+    let touch = way.end(start, 0.0);
+    let pressed = Pose { translation: touch.translation + way.inward * press, ..touch };
     let slow = (way.travel / APPROACH_SPEED).clamp(APPROACH_TIME[0], APPROACH_TIME[1]);
     let period = slow.max(way.travel / MOST_SPEED);
     HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
@@ -127,6 +134,19 @@ mod tests {
             let nearer = way.nearer(start).map(|nearer| nearer.translation.z - size);
             assert!(nearer.map_or(2.0 * size <= FARTHEST, |gap| (gap - FARTHEST).abs() < 1e-2), "{size}: {nearer:?}");
         }
+    }
+
+    #[test]
+    fn hand_presses_into_a_surface_that_its_path_grazes() {
+        let cuboid = |half: DVec3| {
+            let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            let corner = |k: usize| half * DVec3::new(side(k, 0), side(k, 1), side(k, 2));
+            Arc::new(Body::from_convex(&(0..8).map(corner).collect::<Vec<_>>()).expect("the box has a hull"))
+        };
+        let (probe, plate) = (cuboid(DVec3::splat(1e-3)), cuboid(DVec3::new(0.5, 0.5, 5e-3)));
+        let start = Pose::from_translation(DVec3::new(-0.6, 0.0, 0.025));
+        let way = WayIn::find(&probe, &plate, start, Pose::IDENTITY, 1e-4);
+        assert!(way.towards.z > -0.1 && way.inward.z < -0.99, "{way:?}");
     }
 
     #[test]

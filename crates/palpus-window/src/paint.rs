@@ -43,8 +43,8 @@ const GRID_LINE: f64 = 0.17;
 const AXIS_LINE: f64 = 0.34;
 /// Visibility of a mark behind a body.
 pub(crate) const HIDDEN: f32 = 0.38;
-/// A mark that is less than this share of its depth behind a surface counts as in front of the
-/// surface, because contacts lie between two surfaces.
+/// A mark counts as in front of a surface if its depth times this value is less than the depth of
+/// the surface. Contacts lie between two surfaces, so they would otherwise be hidden.
 const BEFORE: f32 = 0.997;
 const OUTLINE_STRENGTH: f64 = 0.6;
 const WIRE_STRENGTH: f64 = 0.55;

@@ -28,6 +28,7 @@ use super::recent::Recent;
 use super::{saved, settings_text};
 use crate::args::{RunArguments, file_policy};
 use crate::bodies::Teller;
+use crate::numbers::number_of;
 use crate::output;
 use crate::run::{self, Beginning, Ended, Live, Ready, Session, WatchedTick};
 use crate::stage::{self, Stage};
@@ -429,7 +430,8 @@ impl Run for Steered<'_> {
     fn painted(&mut self, painted: Painted) {
         let Painted { rate_hz, renderer, triangles, samples, .. } = painted;
         output::note(format!(
-            "window: {rate_hz:.1} frames/s of {triangles} triangles, {samples} samples in each pixel, drawn by {renderer}"
+            "window: {rate_hz:.1} frames/s of {triangles} triangles, {} in each pixel, drawn by {renderer}",
+            number_of(samples.into(), "sample")
         ));
     }
 }

@@ -339,7 +339,8 @@ const OLD_OFFSET: &str = "skin";
 
 /// Reads the table `coupling`; missing values are taken from `usual`.
 fn read_coupling(top: &Section<'_>, unit: f64, usual: &SceneCoupling) -> Result<SceneCoupling, SceneError> {
-    let keys = ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "contact_offset", OLD_OFFSET, "mass"];
+    let keys =
+        ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "contact_offset", OLD_OFFSET, "mass"];
     let coupling = top.section("coupling", &keys)?;
     let positive = |key, unit: &str| coupling.number(key, &format!("greater than 0 {unit}"), |x| x > 0.0);
     let not_negative = |key, unit: &str| coupling.number(key, &format!("0 or greater {unit}"), |x| x >= 0.0);
