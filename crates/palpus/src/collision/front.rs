@@ -109,7 +109,7 @@ pub struct Front {
     /// Halves may be merged in this query if their wake values are at least this.
     merged_from: u64,
     rest_share: f64,
-    /// Rests from before this sum of the motion bound are over.
+    /// Rests that began before the motion bound had this sum have ended.
     rests_from: u64,
     /// Number of represented pairs.
     represented: u32,

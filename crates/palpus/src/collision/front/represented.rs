@@ -1,11 +1,11 @@
 //! Represented pairs: pairs within tolerance that are not measured, because the contacts of other
 //! pairs already account for their force.
 //!
-//! The caller states a bound: a direction, and the least separation along it at which other
-//! contacts account for the pair. After some motion the pair is due, and its gap along that
-//! direction is computed. While the gap is at least the bound, the pair stays represented. The
-//! nearer the gap is to the bound, the sooner the pair is due again. If the gap falls below the
-//! bound, or after a longer motion, the pair is measured like any other.
+//! The caller provides a direction and a limit. Other contacts account for the pair while the
+//! pair's gap along the direction is at least the limit. After some motion the pair is due, and
+//! this gap is computed. If the gap is at least the limit, the pair stays represented. The nearer
+//! the gap is to the limit, the sooner the pair is due again. If the gap is below the limit, or
+//! after a longer motion, the pair is measured like any other.
 
 use glam::DVec3;
 

@@ -41,7 +41,7 @@ pub(super) enum FrontFault {
     /// would not be opened.
     #[error("the pair at {0} has a wake value that does not fit its state, or that its block does not know")]
     Wake(u32),
-    /// A pair is nearer than its wake value says.
+    /// A pair is nearer than its wake value allows.
     #[error("the pair at {place} waits as if {promised:e} beyond the tolerance and is {clearance:e} beyond it")]
     LateWake {
         /// Its place.
