@@ -36,7 +36,6 @@ fn distance_is_exact_for_the_smaller_body() {
             worst.hold(&mut query, &place, &what);
         }
     }
-    println!("largest error {:.1e} of the smaller body: {}", worst.error, worst.what);
     assert!(worst.apart > PAIRS * POSES / 2, "only {} poses are apart", worst.apart);
     assert!(worst.error <= BOUND, "{:e} of the smaller body: {}", worst.error, worst.what);
 }
