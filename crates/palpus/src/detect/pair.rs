@@ -52,7 +52,7 @@ impl PairSearch {
         if self.front.is_inadmissible(leaf) {
             return Found::Inadmissible(None);
         }
-        if self.sample.is_partial() {
+        if self.prover.is_none() && self.sample.is_partial() {
             return self.at_admissible_depth(asked, leaf, counters);
         }
         let place = &asked.place;
