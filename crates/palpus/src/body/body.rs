@@ -33,7 +33,8 @@ pub struct BodySettings {
 
 impl BodySettings {
     /// Flatness for measurements. The error of depths is at most about this value times the
-    /// bounding diagonal. The distance of [`ContactQuery::nearest`] has only rounding errors.
+    /// bounding diagonal. The distance of [`ContactQuery::nearest`] has only rounding errors (with a
+    /// larger flatness, distances are those of the pieces).
     ///
     /// [`ContactQuery::nearest`]: crate::detect::ContactQuery::nearest
     pub const EXACT: f64 = 3e-8;
@@ -167,7 +168,12 @@ impl Body {
         let noise = Surface::new(&mesh, &half_edges, step, flatness).noise();
         let of_pieces = || {
             let admissible = Admissible::new(&mesh, &half_edges, &polytopes, &pieces, noise, workers);
-            (admissible, Deviations::new(&mesh, &polytopes, &pieces, noise, workers))
+            // Coarser pieces are the surface that is felt: they need no correction.
+            let deviations = match flatness <= BodySettings::EXACT {
+                true => Deviations::new(&mesh, &polytopes, &pieces, noise, workers),
+                false => Deviations::none(pieces.len()),
+            };
+            (admissible, deviations)
         };
         let of_mesh = || (MassProperties::new(&mesh), Health::quick(&mesh, &half_edges, cleaning));
         let ((admissible, deviations), (mass, health)) = both(workers, of_pieces, of_mesh);

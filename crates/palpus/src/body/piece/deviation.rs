@@ -31,6 +31,11 @@ impl Deviations {
         Self { of, most }
     }
 
+    /// Returns no deviations for `pieces` pieces, so that distances are those of the pieces.
+    pub(crate) fn none(pieces: usize) -> Self {
+        Self { of: vec![0.0; pieces], most: 0.0 }
+    }
+
     /// Returns the deviation of piece `k` (m); 0 if it consists of rounding errors only.
     pub(crate) fn of(&self, k: u32) -> f64 {
         self.of[k as usize]
