@@ -70,7 +70,7 @@ pub struct AdmissibleDepth {
 }
 
 /// Working memory of the search, for the pieces of two bodies.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct AdmissibleScratch {
     arcs_a: Vec<Arc>,
     arcs_b: Vec<Arc>,
@@ -80,6 +80,14 @@ impl AdmissibleScratch {
     /// Allocates memory for any pair of pieces of the two bodies.
     pub fn new(a: &Admissible, b: &Admissible) -> Self {
         Self { arcs_a: Vec::with_capacity(a.most_arcs()), arcs_b: Vec::with_capacity(b.most_arcs()) }
+    }
+}
+
+impl Clone for AdmissibleScratch {
+    /// The room of the lists limits the search, and a copied list would have no room.
+    fn clone(&self) -> Self {
+        let [arcs_a, arcs_b] = [&self.arcs_a, &self.arcs_b].map(|arcs| Vec::with_capacity(arcs.capacity()));
+        Self { arcs_a, arcs_b }
     }
 }
 

@@ -17,6 +17,8 @@ pub(super) struct Held {
     /// The probe as a simulated body; unused without a coupling.
     pub(super) tool: Tool,
     pub(super) tick: Tick,
+    /// Largest number of contacts in the tick.
+    pub(super) room: usize,
     pub(super) transient: Transient,
     /// Without a coupling: the grip's pose in the last step, and the wrenches of tools and objects
     /// about the grip in that step.
@@ -31,6 +33,7 @@ impl Held {
             thing,
             tool: Tool::new(probe, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings),
             tick: Tick::new(0),
+            room: 0,
             transient: Transient::STILL,
             driven: None,
             crease_angle: settings.shading.map(|shading| shading.crease_angle),
@@ -40,7 +43,8 @@ impl Held {
 
     /// Allocates memory for `capacity` contacts in a tick.
     pub(super) fn make_room(&mut self, capacity: usize) {
-        if self.tick.contacts.capacity() < capacity {
+        if self.room < capacity {
+            self.room = capacity;
             self.tick = Tick::new(capacity);
         }
     }

@@ -225,7 +225,7 @@ impl World {
                 let partner = &self.things[pair.bodies[usize::from(!turned)]];
                 let tick = &mut held.tick;
                 let own = tick.contacts.len();
-                let fits = own + pair.contacts.len() <= tick.contacts.capacity();
+                let fits = own + pair.contacts.len() <= held.room;
                 if fits {
                     tick.contacts
                         .extend(pair.contacts.iter().map(|contact| if turned { mirrored(contact) } else { *contact }));
