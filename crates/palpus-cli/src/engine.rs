@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
+use palpus::detect::Helper;
 use palpus::render::{Limits, Object, Pacer, ProbeState, Settings, SettingsError, TickSummary, ToolId, World};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
@@ -62,6 +63,11 @@ pub(crate) struct Detail {
 }
 
 impl Engine {
+    /// Returns a helper, with which another thread can take part in the steps.
+    pub(crate) fn helper(&self) -> Helper {
+        self.world.helper()
+    }
+
     /// Creates an engine for the first tools of a stage, one tool for each of the `settings`.
     pub(crate) fn new(stage: &Stage, settings: &[Settings]) -> anyhow::Result<Self> {
         let frame = Frame::new(stage.environment_pose);

@@ -51,7 +51,7 @@ pub use haply::message as haply_messages;
 pub use haply::{HAPLY_ADDRESS, HaplyCounts, HaplyDevice, HaplyError, HaplyOptions};
 pub use latest::{Newest, Publisher, latest, latest_of};
 pub use placed::PlacedDevice;
-pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim, leave_core};
+pub use realtime::{Claimed, HelperThread, RealTimeClaims, RealTimeOptions, claim, leave_core};
 pub use recorder::{Recorder, Recording, RecordingSummary, Sink, record};
 pub use replay::ReplayDevice;
 pub use safety::{

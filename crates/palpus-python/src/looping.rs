@@ -7,8 +7,8 @@ use std::thread::{self, JoinHandle};
 use numpy::PyArray1;
 use palpus::Pose;
 use palpus_device::{
-    Guide, Guided, HapticDevice, Newest, Publisher, RunEnd, RunStatistics, Servo, ServoOptions, SimulatedDevice,
-    SimulationSettings, Timing, hand_preset, latest,
+    Guide, Guided, HapticDevice, HelperThread, Newest, Publisher, RealTimeOptions, RunEnd, RunStatistics, Servo,
+    ServoOptions, SimulatedDevice, SimulationSettings, Timing, hand_preset, latest,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -54,6 +54,8 @@ struct Running {
     /// Target of the simulated operator. `None` for a real device.
     guide: Option<Publisher<Guide>>,
     grip_a: glam::DVec3,
+    /// Takes part in the steps of close-fitting parts until the loop ends.
+    _helper: Option<HelperThread>,
 }
 
 /// Maximum number of updates of driven bodies that wait for the next tick.
@@ -122,10 +124,14 @@ impl Loop {
             now: published,
             stop: stop.clone(),
         };
+        let helper = servo_thread.world.helper();
         let thread = thread::spawn(move || servo_thread.turn());
+        let priority = RealTimeOptions::default().priority.filter(|_| self.priority);
+        let helper = priority.and_then(|priority| HelperThread::start(helper, Some(priority), None));
         self.ended = None;
         let drives = Mutex::new(sent);
-        self.running = Some(Running { thread, stop, now, settings: asked, drives, guide, grip_a: settings.grip_a });
+        let (settings, grip_a) = (asked, settings.grip_a);
+        self.running = Some(Running { thread, stop, now, settings, drives, guide, grip_a, _helper: helper });
         Ok(())
     }
 

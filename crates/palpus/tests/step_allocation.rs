@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Twist};
@@ -97,6 +98,61 @@ fn a_step_does_not_allocate() {
     assert_eq!(allocations_of_this_thread(), before, "allocations in steps");
     assert!(late > 50 && sub_steps > 100, "{late} late, {sub_steps} sub-steps");
     assert!(touching > 50 && touching < 400 && most > 5 && overlapping > 50, "{touching} {most} {overlapping}");
+}
+
+/// Returns `n` × `n` cubes of 0.8 mm in a plane, 1 mm apart.
+fn cubes(n: u32) -> Arc<Body> {
+    let mut soup = PolygonSoup::new();
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        let center = DVec3::new(f64::from(i), f64::from(j), 0.0) * 1e-3;
+        let first = soup.vertices.len() as u32;
+        let sign = |bit: bool| if bit { 0.4e-3 } else { -0.4e-3 };
+        let corner = |k: u32| center + DVec3::new(sign(k & 1 != 0), sign(k & 2 != 0), sign(k & 4 != 0));
+        soup.vertices.extend((0..8).map(corner));
+        for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
+            soup.push_face(&face.map(|k: u32| first + k));
+        }
+    }
+    let (mesh, _) = Mesh::from_soup(&soup).expect("the cubes have a mesh");
+    Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).expect("the cubes have a body"))
+}
+
+/// Another thread takes part in the steps of bodies with many pieces.
+#[test]
+fn a_step_with_a_helper_does_not_allocate() {
+    let settings = every_force_stage();
+    let body = cubes(34);
+    let [mut alone, mut helped] =
+        [(); 2].map(|()| Renderer::new(body.clone(), body.clone(), settings).expect("the settings are valid"));
+    let helper = helped.helper();
+    assert!(helper.is_useful());
+    let path = |k: u32| {
+        let s = f64::from(k) * 0.02;
+        let shift = DVec3::new(3e-4 * s.sin(), 2e-4 * s.cos(), 8e-4 - 1e-5 * (3.0 * s).sin());
+        ProbeState { pose_ba: Pose::new(DQuat::from_rotation_x(1e-3 * s.sin()), shift), twist: Twist::default() }
+    };
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let of_helper = scope.spawn(|| {
+            let before = allocations_of_this_thread();
+            while !stop.load(Ordering::Relaxed) {
+                if !helper.help() {
+                    std::thread::yield_now();
+                }
+            }
+            allocations_of_this_thread() - before
+        });
+        let (before, mut touching, mut same) = (allocations_of_this_thread(), 0, true);
+        for k in 0..300 {
+            touching += helped.step(&path(k), 1e-3, &NoClock).contacts.len();
+            same &= alone.step(&path(k), 1e-3, &NoClock).commanded == helped.tick().commanded;
+        }
+        let of_steps = allocations_of_this_thread() - before;
+        stop.store(true, Ordering::Relaxed);
+        let of_helper = of_helper.join().expect("the helper has not panicked");
+        assert_eq!([of_steps, of_helper], [0, 0], "allocations in steps");
+        assert!(same && touching > 10_000, "the same wrenches: {same}; {touching} contacts");
+    });
 }
 
 #[test]

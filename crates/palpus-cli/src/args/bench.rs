@@ -128,6 +128,10 @@ pub(crate) enum BenchCommand {
         /// folder, for other engines.
         #[arg(long)]
         traces: bool,
+        /// Number of threads that take part in the steps of close-fitting parts, besides the thread
+        /// that is timed.
+        #[arg(long, value_name = "N", default_value_t = 0)]
+        helpers: usize,
     },
     /// Times the engine step (query, depth, force) of two models over a list of poses.
     #[command(

@@ -43,8 +43,9 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
             let effort = scale::Effort { ticks: *ticks, passes: *passes };
             scale::scale(out, models.as_deref(), effort, only.as_deref())
         }
-        BenchCommand::Conformal { out, models, ticks, truths, only, traces } => {
-            conformal::conformal(out, models.as_deref(), [*ticks, *truths], only.as_deref(), *traces)
+        BenchCommand::Conformal { out, models, ticks, truths, only, traces, helpers } => {
+            let extent = [*ticks, *truths, *helpers];
+            conformal::conformal(out, models.as_deref(), extent, only.as_deref(), *traces)
         }
         BenchCommand::Step { a, b, poses, out, tolerance } => step::step(a, b, poses, out, *tolerance),
     }

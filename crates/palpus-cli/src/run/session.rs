@@ -18,7 +18,7 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 
 use palpus::render::{Settings, SettingsError};
-use palpus_device::{DeviceSpec, Guide, RealTimeClaims, RealTimeOptions, RunControl, Servo, leave_core};
+use palpus_device::{DeviceSpec, Guide, HelperThread, RealTimeClaims, RealTimeOptions, RunControl, Servo, leave_core};
 use palpus_io::scene::CouplingMode;
 
 use super::servo_thread::{ServoThread, Turned, joined};
@@ -26,6 +26,7 @@ use super::session_device::{EndedDevice, SessionDevice, preset};
 use super::watched::WatchedTick;
 use super::{Live, Ready};
 use crate::engine::Engine;
+use crate::output;
 use crate::recording::{self, Keep};
 use crate::safety;
 use crate::stage::Stage;
@@ -44,6 +45,8 @@ pub(crate) struct Session {
     control: Arc<RunControl>,
     claims: Option<RealTimeClaims>,
     thread: JoinHandle<Turned>,
+    /// Takes part in the steps of close-fitting parts.
+    helper: Option<HelperThread>,
 }
 
 /// Options of the start of a run.
@@ -102,17 +105,22 @@ impl Session {
         let stage = stages.swap_remove(0);
         let control = servo.control();
         control.pause(paused);
+        let (wanted, helper) = (claims, engine.helper());
         let work = ServoThread { servo, working, engine, script, claims, stop: Arc::clone(stop) };
         let (granted, grants) = mpsc::channel();
         let thread = std::thread::Builder::new().name("servo".to_owned()).spawn(move || work.turn(&granted))?;
         let claims = grants.recv().ok().flatten();
-        Ok(Self { name, stage, rate_hz, devices, control, claims, thread })
+        let helper = wanted.and_then(|wanted| HelperThread::start(helper, wanted.priority, claims.as_ref()));
+        Ok(Self { name, stage, rate_hz, devices, control, claims, thread, helper })
     }
 
     /// Prints the real-time rights that the system granted.
     pub(crate) fn tell_claims(&self) {
         if let Some(claims) = &self.claims {
             safety::tell_claims(claims);
+        }
+        if self.helper.is_some() {
+            output::note("real time: a second thread helps with close-fitting parts");
         }
     }
 

@@ -8,13 +8,18 @@
 //!    ([`leave_core`]).
 //! 4. **The watchdog**: its thread can be started and has a higher priority than the loop.
 //!    Otherwise a loop that never sleeps would keep the watchdog off its core.
+//! 5. **A helper**: on a machine with at least four cores, a second thread of the loop's priority
+//!    takes part in the steps of close-fitting parts ([`HelperThread`]).
 //!
 //! Each resource is requested separately. If one is refused, the result says why and how to fix it,
 //! and the loop runs without it. Claims are implemented for Linux; on other systems nothing is
 //! claimed.
 
+mod helper;
 #[cfg(target_os = "linux")]
 mod linux;
+
+pub use helper::HelperThread;
 
 use std::fmt;
 

@@ -43,6 +43,11 @@ impl Work {
         Quota { work: self, until: self.most.unwrap_or(u64::MAX) }
     }
 
+    /// Returns the quota that covers the first half of the limit.
+    pub(crate) fn first_half(&self) -> Quota<'_> {
+        Quota { work: self, until: self.most.map_or(u64::MAX, |most| most / 2) }
+    }
+
     /// Divides the remaining units into `parts` equal quotas, and returns the first.
     pub fn share(&self, parts: u64) -> Quota<'_> {
         self.all().part(parts)
@@ -60,6 +65,11 @@ impl Quota<'_> {
     #[inline]
     pub fn is_spent(&self) -> bool {
         self.work.spent.get() >= self.until
+    }
+
+    /// Returns the remaining units; `None` if there is no limit.
+    pub(crate) fn left(&self) -> Option<u64> {
+        (self.until < u64::MAX).then(|| self.until.saturating_sub(self.work.spent.get()))
     }
 
     /// Returns half of the remaining units.

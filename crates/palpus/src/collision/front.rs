@@ -50,6 +50,8 @@ mod represented;
 mod rest;
 mod validate;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::march::{initial_features, march};
@@ -71,6 +73,8 @@ use rest::Rest;
 /// The front of one pair of bodies.
 #[derive(Clone, Debug)]
 pub struct Front {
+    /// The nodes of the root.
+    nodes: [u32; 2],
     /// The tree of node pairs down to the cut; the root is at place 0, halves are neighbours at
     /// places 2k and 2k + 1.
     pairs: Vec<Pair>,
@@ -80,7 +84,7 @@ pub struct Front {
     wakes: WakeBoard,
     motion_bound: MotionBound,
     /// Thicknesses of a and of b.
-    thickness: [Thickness; 2],
+    thickness: Arc<[Thickness; 2]>,
     /// Thickness of the thinnest piece of the pair at each place, model units. Stored by place, so
     /// that sub-steps need not read the pairs.
     thinnest_at: Vec<f32>,
@@ -129,19 +133,32 @@ pub struct Front {
 impl Front {
     /// A front between two bodies of at most `places` node pairs.
     pub fn new(a: Side<'_>, b: Side<'_>, places: usize) -> Self {
+        let nodes = [a.hierarchy.root(), b.hierarchy.root()];
+        Self::below(a, b, nodes, places, &Arc::new([Thickness::of(a), Thickness::of(b)]))
+    }
+
+    /// A front for the leaf pairs below the pair of `nodes`. `thickness` belongs to a and b.
+    pub(crate) fn below(
+        a: Side<'_>,
+        b: Side<'_>,
+        nodes: [u32; 2],
+        places: usize,
+        thickness: &Arc<[Thickness; 2]>,
+    ) -> Self {
         // The whole tree of node pairs has one leaf for each pair of pieces.
         let leaves = a.pieces.len().saturating_mul(b.pieces.len());
         let places = places.min(leaves.saturating_mul(2)).next_multiple_of(BLOCK);
         let [root_a, root_b] = [a, b].map(|side| side.hierarchy.node(side.hierarchy.root()).oriented_box);
         let depth = a.hierarchy.depth() + b.hierarchy.depth() + 2;
         Self {
+            nodes,
             pairs: vec![Pair::of(0, 0, NONE); places],
             memories: vec![WarmStart::BLANK; places],
             rests: vec![Rest::NONE; places],
             point_bounds: vec![PointBound::NONE; places],
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
-            thickness: [Thickness::of(a), Thickness::of(b)],
+            thickness: thickness.clone(),
             thinnest_at: vec![f32::INFINITY; places],
             thinnest_in: vec![f32::INFINITY; places / BLOCK],
             awake: Vec::with_capacity(places),
@@ -309,14 +326,14 @@ impl Front {
                 self.pace = self.pace * PACE_FADE + moved * (1.0 - PACE_FADE);
             }
             _ => {
-                self.restart(query);
+                self.restart();
                 counters.restarted = 1;
             }
         }
     }
 
-    /// Only the pair of roots is in the tree, and it is due.
-    fn restart(&mut self, query: &PlacedPair<'_>) {
+    /// Only the root is in the tree, and it is due.
+    fn restart(&mut self) {
         self.wakes.clear(self.fresh as usize);
         self.free.clear();
         self.awake.clear();
@@ -325,7 +342,7 @@ impl Front {
         self.first_block = 0;
         self.was_full = false;
         (self.represented, self.is_mixed) = (0, false);
-        self.occupy(0, [query.a.hierarchy.root(), query.b.hierarchy.root()], NONE);
+        self.occupy(0, self.nodes, NONE);
         // A wake value of 0 is due at any sum above 0.
         self.motion_bound.spend(0.0);
         self.wakes.set(0, 0);

@@ -32,4 +32,5 @@ pub use march::{initial_features, march};
 pub use proximity::{Closest, March, Overlap, Proximity, StopReason};
 pub use side::{PlacedPair, Side};
 pub(crate) use support::support_gap;
+pub(crate) use thickness::Thickness;
 pub use warm_start::WarmStart;

@@ -9,14 +9,16 @@ use crate::body::{NodeKind, Polytope};
 
 /// Thicknesses of one body's pieces and nodes, model units.
 #[derive(Clone, Debug)]
-pub(super) struct Thickness {
+pub(crate) struct Thickness {
     pieces: Vec<f32>,
     nodes: Vec<f32>,
+    /// The least of all.
+    least: f32,
 }
 
 impl Thickness {
     /// Computes the thickness of all pieces and nodes.
-    pub(super) fn of(side: Side<'_>) -> Self {
+    pub(crate) fn of(side: Side<'_>) -> Self {
         let pieces: Vec<f32> = side.pieces.iter().map(|piece| thickness(piece) as f32).collect();
         let mut nodes = vec![f32::INFINITY; side.hierarchy.nodes().len()];
         // Visits an inner node twice: before its halves and after them.
@@ -30,12 +32,13 @@ impl Thickness {
                 NodeKind::Inner { left, right } => stack.extend([(node, true), (left, false), (right, false)]),
             }
         }
-        Self { pieces, nodes }
+        let least = pieces.iter().copied().fold(f32::INFINITY, f32::min);
+        Self { pieces, nodes, least }
     }
 
     /// Returns the thickness of the thinnest piece of the body.
     pub(super) fn of_all(&self) -> f64 {
-        f64::from(self.pieces.iter().copied().fold(f32::INFINITY, f32::min))
+        f64::from(self.least)
     }
 
     /// Thickness of a piece.

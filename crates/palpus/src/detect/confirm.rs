@@ -37,8 +37,8 @@
 use glam::DVec3;
 
 use super::Contact;
+use super::asked::Asked;
 use super::memory::PairMemory;
-use super::search::Asked;
 use crate::algebra::tolerance::{CONFIRMED_EDGE_SHARE, CONFIRMED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};

@@ -25,8 +25,8 @@
 use glam::{DQuat, DVec3, DVec4};
 
 use super::Contact;
+use super::asked::Asked;
 use super::memory::PairMemory;
-use super::search::Asked;
 use crate::algebra::tolerance::{COPLANAR, GUARD_HOLD, GUARD_STEP, GUARD_SUB_STEPS, TURNED_OVER};
 use crate::algebra::{Placement, Pose};
 use crate::body::Polytope;

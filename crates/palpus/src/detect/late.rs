@@ -4,15 +4,14 @@
 use glam::DVec3;
 
 use super::QueryCounters;
-use super::pair::Found;
-use super::search::{Asked, PairSearch};
-use crate::algebra::tolerance::{
-    REST_ALL, REST_ERROR, REST_FIRST, REST_FROM, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL,
-};
+use super::asked::Asked;
+use super::found::Found;
+use super::part::PartSearch;
+use crate::algebra::tolerance::{REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL};
 use crate::collision::{Closest, LeafPair, Proximity, Represented, support_gap};
 use crate::depth::admissible_bound;
 
-impl PairSearch {
+impl PartSearch {
     /// Extrapolates the contacts of the leaf pairs from index `first` on, because the quota is
     /// spent.
     #[cold]
@@ -69,16 +68,6 @@ impl PairSearch {
         held
     }
 
-    /// Counts the pairs in contact. This number determines how long pairs rest in the next query.
-    pub(super) fn update_rest_share(&mut self) {
-        if self.holding {
-            let touching = f64::from(self.touching + self.front.represented());
-            self.rest_share = ((touching - REST_FROM) / (REST_ALL - REST_FROM)).clamp(0.0, 1.0);
-            self.front.set_rest_share(self.rest_share);
-            self.sample.set_touching(touching, false);
-        }
-    }
-
     /// Sets the motion for which a pair's new result (the contacts from index `known` on) is
     /// extrapolated. `foretold` is the least separation extrapolated from the pair's last result.
     ///
@@ -94,7 +83,7 @@ impl PairSearch {
         let length = match (foretold, self.front.motion_since_rest(leaf)) {
             (Some(foretold), Some(moved)) => {
                 let error = (found - foretold).abs();
-                let allowed = REST_ERROR * (asked.tolerance + self.last_overlap.depth().max(-found));
+                let allowed = REST_ERROR * (asked.tolerance + self.overlap.max(-found));
                 let fits = moved * allowed / error.max(f64::MIN_POSITIVE);
                 (REST_SAFETY * fits).min(REST_GROWTH * moved)
             }

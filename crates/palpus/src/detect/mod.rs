@@ -1,24 +1,31 @@
 //! Contact determination: all contacts of two bodies at a pose \[K02 §3.4, §4.1\].
 
+mod asked;
 mod batch;
 mod confirm;
 mod contact;
 mod counters;
 mod exact;
+mod found;
 mod guard;
 mod held;
+mod helper;
 mod late;
 mod memory;
 mod pair;
+mod part;
 mod prover;
 mod query;
 #[cfg(test)]
 mod rest_tests;
 mod sample;
 mod search;
+mod settings;
 mod sub_step;
 
 pub use batch::ContactBatch;
 pub use contact::Contact;
 pub use counters::QueryCounters;
-pub use query::{ContactQuery, Proof, QuerySettings};
+pub use helper::Helper;
+pub use query::ContactQuery;
+pub use settings::{Proof, QuerySettings};

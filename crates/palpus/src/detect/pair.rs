@@ -1,33 +1,19 @@
 //! The result of one pair of pieces: a contact at its closest points, a contact at its depth, or no
 //! contact.
 
-use glam::DVec3;
-
+use super::asked::Asked;
 use super::contact::points_about;
-use super::search::{Asked, PairSearch};
+use super::found::{Found, at, at_closest};
+use super::part::PartSearch;
 use super::{Contact, QueryCounters};
 use crate::algebra::tolerance::SKIPPED_TURN;
-use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
 use crate::depth::{
     Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle,
     least_admissible_depth,
 };
 
-/// Result of a pair of pieces within tolerance.
-pub(super) enum Found {
-    /// No contact: the closest points are not on both surfaces.
-    Nothing,
-    /// A contact along the direction of least distance or depth.
-    Admissible(Contact),
-    /// A contact along the least depth among the shared normals of the pieces. The second value is
-    /// this contact with its points on its features, for the check of its depth.
-    Moved(Contact, Contact),
-    /// An overlap without a shared normal: the contact along the least depth, if that was computed.
-    Inadmissible(Option<Contact>),
-}
-
-impl PairSearch {
+impl PartSearch {
     /// Finds the result of a leaf pair.
     pub(super) fn contact(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
         let closest = match leaf.proximity {
@@ -159,7 +145,7 @@ impl PairSearch {
     }
 }
 
-impl PairSearch {
+impl PartSearch {
     /// Replaces the last contact, `contact`, by the corners of its patch if there are at most
     /// `room` corners.
     fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, slope: f64, room: usize, counters: &mut QueryCounters) {
@@ -179,18 +165,6 @@ impl PairSearch {
         }));
         counters.corners += (corners.len() - 1) as u32;
     }
-}
-
-/// Returns the contact at the closest points.
-pub(super) fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
-    let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
-    at(leaf, features, [point_a, point_b], normal, distance)
-}
-
-/// Returns the contact of a leaf pair at these points.
-fn at(leaf: &LeafPair, features: FeaturePair, points: [DVec3; 2], normal: DVec3, separation: f64) -> Contact {
-    let (LeafPair { piece_a, piece_b, .. }, [point_a, point_b]) = (*leaf, points);
-    Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope: 0.0, count: 1.0 }
 }
 
 /// Returns true if the closest points lie on the surfaces of both meshes and their direction is a

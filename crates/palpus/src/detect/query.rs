@@ -2,61 +2,11 @@
 
 use std::sync::Arc;
 
-use super::search::{Asked, PairSearch};
-use super::{Contact, QueryCounters};
+use super::asked::Asked;
+use super::search::Search;
+use super::{Contact, Helper, QueryCounters, QuerySettings};
 use crate::algebra::{Clock, NoClock, Pose, Quota, Work};
 use crate::body::Body;
-
-/// Selects whether depths are proven.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Proof {
-    /// The walk alone: the depth is a local minimum, as in \[K02 §3.3\]. Servo loops use this.
-    #[default]
-    None,
-    /// The depth of every overlapping pair of pieces is proven globally least.
-    Prove,
-}
-
-/// Settings of a [`ContactQuery`]. The query allocates its memory for these settings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QuerySettings {
-    /// Contacts are nearer than this, model units; 0 finds overlaps only.
-    pub tolerance: f64,
-    /// Contacts press below this separation, model units; `None`: below the tolerance. If so many
-    /// pairs touch that only a sample is measured, the choice of the other pairs to measure depends
-    /// on how hard they press.
-    pub contact_offset: Option<f64>,
-    /// The most contacts of one query, at least one. If there are more, the deepest are kept.
-    pub capacity: usize,
-    /// Selects whether depths are proven globally least.
-    pub proof: Proof,
-    /// Contacts at the corners of flush pieces' patches, for tilts up to this angle (rad, above 0
-    /// and below a right angle); `None`: one exact contact for each pair of pieces. See
-    /// [`Patch`](crate::depth::Patch).
-    pub patch_angle: Option<f64>,
-    /// If true, the query guards against tunnelling: a fast body does not pass a thin part between
-    /// two queries.
-    pub guard: bool,
-    /// If true, the query keeps contacts from query to query, for pairs that a work quota leaves
-    /// out: see [`ContactQuery::run_within`].
-    pub holding: bool,
-}
-
-impl Default for QuerySettings {
-    /// Contacts within 1 mm, if the model unit is the metre; at most 4096, not proven, for single
-    /// poses in any order.
-    fn default() -> Self {
-        Self {
-            tolerance: 1e-3,
-            contact_offset: None,
-            capacity: 4096,
-            proof: Proof::None,
-            patch_angle: None,
-            guard: false,
-            holding: false,
-        }
-    }
-}
 
 /// Finds the contacts of a body a with a body b. It contains both bodies, the settings, working
 /// memory, and data cached from query to query.
@@ -83,14 +33,14 @@ pub struct ContactQuery {
     a: Arc<Body>,
     b: Arc<Body>,
     settings: QuerySettings,
-    search: PairSearch,
+    search: Search,
     counters: QueryCounters,
 }
 
 impl ContactQuery {
     /// Returns a query for the two bodies, with all memory that its queries need.
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: QuerySettings) -> Self {
-        let search = PairSearch::new(&a, &b, &settings);
+        let search = Search::new(&a, &b, &settings);
         Self { a, b, settings, search, counters: QueryCounters::default() }
     }
 
@@ -117,7 +67,7 @@ impl ContactQuery {
     /// contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
     pub fn run_within(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) -> &QueryCounters {
         let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);
-        self.counters = self.search.run(&asked, quota, clock);
+        self.counters = self.search.run(&asked, &self.settings, quota, clock);
         &self.counters
     }
 
@@ -194,6 +144,12 @@ impl ContactQuery {
     /// counts as continuous.
     pub fn came_from(&mut self, pose_ba: &Pose) {
         self.search.came_from(pose_ba);
+    }
+
+    /// Returns a helper for the queries from now on. It has nothing to do if the queries are not
+    /// divided, nor in the queries of a clone.
+    pub fn helper(&self) -> Helper {
+        Helper::of(self.search.parts())
     }
 
     /// Drops all cached data: the next query runs like the first one.

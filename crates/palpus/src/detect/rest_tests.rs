@@ -4,11 +4,12 @@
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use glam::{DQuat, DVec3};
 
 use super::{Contact, ContactQuery, QuerySettings};
-use crate::algebra::{NoClock, Pose};
+use crate::algebra::{NoClock, Pose, Work};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 
 /// Number of cells along a side of the board.
@@ -29,11 +30,16 @@ fn board(up: bool) -> Arc<Body> {
 
 /// Returns a [`board`] whose vertex [`BURR`] is raised by `burr` (m).
 fn board_with(up: bool, burr: f64) -> Arc<Body> {
+    board_of(CELLS, up, burr)
+}
+
+/// Returns such a board with this number of cells along a side.
+fn board_of(cells: usize, up: bool, burr: f64) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
-    let place = |k: usize| (k as f64 - 0.5 * CELLS as f64) * CELL;
+    let place = |k: usize| (k as f64 - 0.5 * cells as f64) * CELL;
     let wave = |x: f64, y: f64| HEIGHT * ((x * TAU / 8e-3).sin() + (y * TAU / 7e-3).sin());
     let flat = if up { -3e-3 } else { 3e-3 };
-    let side = CELLS + 1;
+    let side = cells + 1;
     for k in 0..side * side {
         let (x, y) = (place(k / side), place(k % side));
         let raised = if k == BURR { burr } else { 0.0 };
@@ -49,17 +55,17 @@ fn board_with(up: bool, burr: f64) -> Arc<Body> {
         soup.push_face(&corners);
     };
     let at = |i: usize, j: usize| i * side + j;
-    for (i, j) in (0..CELLS).flat_map(|i| (0..CELLS).map(move |j| (i, j))) {
+    for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
         let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
         face(&[a, b, c]);
         face(&[a, c, d]);
         face(&[flats + d, flats + c, flats + b, flats + a]);
     }
-    for k in 0..CELLS {
+    for k in 0..cells {
         let walls = [
             [at(k, 0), at(k + 1, 0)],
-            [at(CELLS, k), at(CELLS, k + 1)],
-            [at(k + 1, CELLS), at(k, CELLS)],
+            [at(cells, k), at(cells, k + 1)],
+            [at(k + 1, cells), at(k, cells)],
             [at(0, k + 1), at(0, k)],
         ];
         for [from, to] in walls {
@@ -140,5 +146,63 @@ fn few_contacts_are_measured_in_each_query() {
         let counters = *query.run(&tilted, &NoClock);
         assert!(!query.found().is_empty() && query.found().len() < 128, "{}", query.found().len());
         assert_eq!(counters.traversal.resting, 0);
+    }
+}
+
+/// Three threads take part in the queries of one of two equal pairs of boards.
+#[test]
+fn helpers_change_no_bit() {
+    let (lower, upper) = (board_of(96, true, 0.0), board_of(96, false, 0.0));
+    let settings = QuerySettings { tolerance: TOLERANCE, capacity: 8192, holding: true, ..QuerySettings::default() };
+    let settings = QuerySettings { guard: true, patch_angle: Some(0.02), ..settings };
+    let [mut alone, mut helped] = [(); 2].map(|()| ContactQuery::new(upper.clone(), lower.clone(), settings));
+    let helper = helped.helper();
+    assert!(helper.is_useful());
+    let stop = AtomicBool::new(false);
+    let parts = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| {
+                while !stop.load(Ordering::Relaxed) {
+                    match helper.help() {
+                        true => _ = parts.fetch_add(1, Ordering::Relaxed),
+                        false => std::thread::yield_now(),
+                    }
+                }
+            });
+        }
+        let failed = (0..150).find(|&tick| {
+            // A part of the ticks has a limit of work, and some ticks jump.
+            let work = Work::of((tick % 5 == 4).then_some(3000));
+            let pose = pose(if tick % 40 == 39 { 3 * tick } else { tick });
+            let counters = *alone.run_within(&pose, &work.all(), &NoClock);
+            let work = Work::of((tick % 5 == 4).then_some(3000));
+            let same = *helped.run_within(&pose, &work.all(), &NoClock) == counters;
+            !same || alone.found() != helped.found() || alone.unseen_separation() != helped.unseen_separation()
+        });
+        stop.store(true, Ordering::Relaxed);
+        assert_eq!(failed, None, "the first tick with other results");
+    });
+    assert!(parts.into_inner() > 0, "no helper had a part");
+}
+
+#[test]
+fn query_without_history_is_not_divided() {
+    let (lower, upper) = (board(true), board(false));
+    let settings = QuerySettings { tolerance: TOLERANCE, ..QuerySettings::default() };
+    assert!(!ContactQuery::new(upper, lower, settings).helper().is_useful());
+}
+
+#[test]
+fn clone_of_a_query_gives_the_same_results() {
+    let (lower, upper) = (board_with(true, 3e-5), board(false));
+    let settings = QuerySettings { tolerance: TOLERANCE, capacity: 8192, holding: true, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(upper, lower, settings);
+    let mut copy = query.clone();
+    for tick in 0..60 {
+        assert_eq!(query.contacts(&pose(tick)), copy.contacts(&pose(tick)), "tick {tick}");
+        if tick == 30 {
+            copy = query.clone();
+        }
     }
 }

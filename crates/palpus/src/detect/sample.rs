@@ -71,6 +71,12 @@ impl Loads {
         self.count = 0;
     }
 
+    fn copy(&mut self, other: &Self) {
+        self.fours.clear();
+        self.fours.extend_from_slice(&other.fours);
+        self.count = other.count;
+    }
+
     /// Adds a contact, if there is room for it.
     fn push(&mut self, normal: DVec3, engagement: f64, pieces: [u32; 2]) {
         if self.count == SAMPLE_LOADS {
@@ -112,6 +118,18 @@ impl Sample {
         let of_a = a.size() <= b.size();
         let ranks = ranks(if of_a { a } else { b });
         Self { ranks, of_a, share: Self::ALL, loads: Loads::new(), others: Loads::new() }
+    }
+
+    /// Returns a sample of the same bodies that begins with all pairs.
+    pub(super) fn another(&self) -> Self {
+        Self { share: Self::ALL, loads: Loads::new(), others: Loads::new(), ranks: self.ranks.clone(), ..*self }
+    }
+
+    /// Becomes equal to `other`, a sample of the same bodies.
+    pub(super) fn copy(&mut self, other: &Self) {
+        self.share = other.share;
+        self.loads.copy(&other.loads);
+        self.others.copy(&other.others);
     }
 
     /// Begins with all pairs again.

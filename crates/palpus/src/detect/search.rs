@@ -26,185 +26,264 @@
 //!
 //! Contacts are in the order in which they began; after a jump, in the order of the descent. The
 //! same sequence of poses gives the same order.
+//!
+//! Where both bodies have many pieces, the query is divided into *parts* ([`Part`]), one for each
+//! of a few nodes of the smaller body. Threads of the caller can compute parts at the same time
+//! ([`Helper`]). The parts do not depend on the number of threads, and their contacts are joined in
+//! a fixed order, so the results have the same bits for any number of threads.
 
-use super::confirm::{LastOverlap, depth_is_confirmed, least_depth_is_confirmed, replacement};
-use super::exact::{Placed, nearest_on_meshes, on_meshes, slack};
+use std::sync::Arc;
+
+use super::asked::{Asked, side};
+use super::confirm::{LastOverlap, replacement};
+use super::exact::{Placed, on_meshes};
 use super::guard::Guard;
-use super::held::HeldContacts;
-use super::pair::{Found, at_closest};
-use super::prover::Prover;
-use super::sample::{Range, Sample};
-use super::{Contact, Proof, QueryCounters, QuerySettings};
-use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
-use crate::algebra::{Clock, Placement, Pose, Quota};
-use crate::body::{AdmissibleNormals, Body, Polytope};
-use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side};
-use crate::depth::{AdmissibleScratch, DepthScratch, Patch};
+use super::part::{Doubtful, Part, PartSearch, Task};
+use super::sample::Sample;
+use super::{Contact, QueryCounters, QuerySettings};
+use crate::algebra::tolerance::{DIVIDED_FROM, HELPED_WORK, REST_ALL, REST_FROM};
+use crate::algebra::{Clock, Placement, Pose, Quota, Rounds, Work};
+use crate::body::{Body, Hierarchy, NodeKind};
+use crate::collision::Thickness;
 
-/// Working memory of the queries between two bodies, and data cached from query to query.
-#[derive(Clone, Debug)]
-pub(super) struct PairSearch {
-    pub(super) front: Front,
+/// The parts of the queries between two bodies, and the data that all parts share.
+#[derive(Debug)]
+pub(super) struct Search {
+    parts: Arc<Rounds<Part>>,
+    /// Units of work of each part in the last query.
+    costs: Vec<u64>,
     /// Largest number of contacts of a query.
-    pub(super) capacity: usize,
-    pub(super) leaves: LeafPairs,
-    pub(super) contacts: Vec<Contact>,
-    pub(super) scratch: DepthScratch,
-    pub(super) admissible: AdmissibleScratch,
-    pub(super) prover: Option<Box<Prover>>,
+    capacity: usize,
+    contacts: Vec<Contact>,
     pub(super) last_pose: Option<Pose>,
-    pub(super) last_overlap: LastOverlap,
+    last_overlap: LastOverlap,
     pub(super) guard: Option<Guard>,
-    pub(super) patch_slope: Option<f64>,
-    pub(super) patch: Patch,
-    pub(super) held: HeldContacts,
-    /// True if `held` has memory.
-    pub(super) holding: bool,
-    pub(super) sample: Sample,
-    /// Number of pairs with contacts in the current query.
-    pub(super) touching: u32,
+    /// True if the parts have memory for contacts of earlier queries.
+    holding: bool,
+    sample: Sample,
     /// Measure of the number of touching pairs in the last query, from 0 (few) to 1 (many).
-    pub(super) rest_share: f64,
-    /// The leaf pair with which the next query begins, if the quota was spent.
-    pub(super) resume: Option<u32>,
-    pub(super) unseen_separation: f64,
-    pub(super) unexamined: f64,
+    rest_share: f64,
+    unseen_separation: f64,
+    unexamined: f64,
 }
 
 /// Capacity of the front, in node pairs. A spoon in a cup has hundreds, two scans of 30 000
 /// triangles have some thousands, and a nut on its thread has some ten thousands.
 const NODE_PAIRS: usize = 1 << 17;
 
-impl PairSearch {
+/// Number of parts of a divided query. More parts share the work of several threads more evenly,
+/// but each part costs some tenths of a microsecond, even without contacts.
+const PARTS: usize = 8;
+
+/// How many times as much room the parts of a divided query have together as a query in one part,
+/// since the contacts may not be spread evenly over the parts.
+const PART_ROOM: usize = 4;
+
+impl Search {
     /// Allocates memory for queries with these settings.
-    pub(super) fn new(a: &Body, b: &Body, settings: &QuerySettings) -> Self {
+    pub(super) fn new(a: &Arc<Body>, b: &Arc<Body>, settings: &QuerySettings) -> Self {
         let capacity = settings.capacity.max(1);
-        let front = Front::new(side(a), side(b), NODE_PAIRS);
-        let held = if settings.holding { HeldContacts::new(front.places(), capacity) } else { HeldContacts::default() };
+        let sample = Sample::new(a, b);
+        let thickness = Arc::new([Thickness::of(side(a)), Thickness::of(side(b))]);
+        let nodes = divide(a, b, settings);
+        let room = if nodes.len() == 1 { 1 } else { PART_ROOM };
+        let of_part = |most: usize| (room * most).div_ceil(nodes.len());
+        let part = |&nodes: &[u32; 2]| {
+            let room = [of_part(NODE_PAIRS), of_part(capacity)];
+            Part::new(a, b, settings, PartSearch::new(a, b, settings, nodes, room, &sample, &thickness))
+        };
         Self {
-            front,
+            parts: Arc::new(Rounds::new(nodes.iter().map(part).collect())),
+            costs: vec![0; nodes.len()],
             capacity,
-            leaves: LeafPairs::new(capacity),
             contacts: Vec::with_capacity(capacity),
-            scratch: DepthScratch::new(),
-            admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
-            prover: (settings.proof == Proof::Prove).then(|| Box::new(Prover::new())),
             last_pose: None,
             last_overlap: LastOverlap::default(),
             guard: settings.guard.then(|| Guard::new(capacity)),
-            patch_slope: settings.patch_angle.map(f64::tan),
-            patch: Patch::new(),
-            held,
             holding: settings.holding,
-            sample: Sample::new(a, b),
-            touching: 0,
+            sample,
             rest_share: 0.0,
-            resume: None,
             unseen_separation: f64::INFINITY,
             unexamined: f64::INFINITY,
         }
     }
 
+    /// Returns the parts for helper threads; `None` if the query is not divided.
+    pub(super) fn parts(&self) -> Option<&Arc<Rounds<Part>>> {
+        (self.costs.len() > 1).then_some(&self.parts)
+    }
+
     /// Sets the angle (rad) of [`QuerySettings::patch_angle`].
     pub(super) fn set_patch_angle(&mut self, angle: Option<f64>) {
-        self.patch_slope = angle.map(f64::tan);
+        self.parts.each(|part| part.search.patch_slope = angle.map(f64::tan));
     }
 
     /// Finds the contacts; see [`ContactQuery::run_within`](super::ContactQuery::run_within).
-    pub(super) fn run(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, clock: &impl Clock) -> QueryCounters {
+    pub(super) fn run(
+        &mut self,
+        asked: &Asked<'_>,
+        settings: &QuerySettings,
+        quota: &Quota<'_>,
+        clock: &impl Clock,
+    ) -> QueryCounters {
         let begin = clock.now_ns();
+        self.begin(asked, settings, quota);
         let mut counters = QueryCounters::default();
-        let thin = self.sub_steps(asked, quota, &mut counters);
+        let thin = self.sub_steps(asked, &mut counters);
         self.move_to(asked, thin);
-        counters.traversal = self.front.within_quota(&asked.placed(), quota, &mut self.leaves);
+        if counters.sub_steps > 0 {
+            self.set(Task::Descend, &asked.pose_ba);
+        }
+        self.round();
+        self.begin_answers();
         let middle = clock.now_ns();
-        counters.query_ns = middle - begin;
-        self.held.begin_tick();
-        (self.unseen_separation, self.unexamined) = (f64::INFINITY, f64::INFINITY);
-        let doubtful = self.answer_leaves(asked, quota, &mut counters);
-        self.hold_unvisited(asked, &mut counters);
+        self.round();
+        let (doubtful, touching) = self.join(quota, &mut counters);
         self.sample.keep(&self.contacts, asked.tolerance);
-        self.update_rest_share();
+        self.update_rest_share(touching);
         self.hold_overlap(asked, &doubtful, &mut counters);
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
         counters.non_finite += (all - self.contacts.len()) as u32;
         self.last_overlap.keep(&self.contacts, &asked.place);
+        if counters.sub_steps > 0 {
+            self.compare_sides();
+        }
         if let Some(guard) = &mut self.guard {
-            if counters.sub_steps > 0 {
-                guard.compare(&self.contacts);
-            }
             counters.kept_side = guard.hold(asked, &mut self.contacts);
         }
-        if counters.traversal.postponed > 0 {
-            self.unexamined = self.front.unseen_separation();
-            self.unseen_separation = self.unseen_separation.min(self.unexamined);
-        }
+        counters.query_ns = middle - begin;
         counters.depth_ns = clock.now_ns() - middle;
         counters
     }
 
-    /// Finds the contacts of the leaf pairs until the quota is spent. Returns the shallowest
-    /// depths that were not accepted.
-    fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Doubtful {
-        self.contacts.clear();
-        let mut doubtful = Doubtful::default();
-        let rests = self.rest_share > 0.0;
-        self.touching = 0;
-        let count = self.leaves.as_slice().len();
-        if self.holding && counters.traversal.restarted > 0 {
-            self.sample.set_touching(count as f64, true);
+    /// Gives each part the input of the query, its share of the quota, and what it needs from the
+    /// last query. A part that did more work in the last query gets more of the quota.
+    fn begin(&mut self, asked: &Asked<'_>, settings: &QuerySettings, quota: &Quota<'_>) {
+        let (left, count) = (quota.left(), self.costs.len() as u64);
+        let total: u64 = self.costs.iter().sum();
+        let mut k = 0;
+        self.parts.each(|part| {
+            let share = (self.costs[k] + total / count + 1) as f64 / (2 * total + count) as f64;
+            let of_part = if count == 1 { left } else { left.map(|left| (left as f64 * share) as u64) };
+            part.work = Work::of(of_part);
+            part.input = (asked.pose_ba, *settings);
+            part.task = Task::Descend;
+            part.counters = QueryCounters::default();
+            part.search.begin(&self.sample, self.rest_share, self.last_overlap.depth());
+            k += 1;
+        });
+    }
+
+    /// Sets the task of all parts, and the pose.
+    pub(super) fn set(&mut self, task: Task, pose_ba: &Pose) {
+        self.parts.each(|part| {
+            part.task = task;
+            part.input.0 = *pose_ba;
+        });
+    }
+
+    /// Runs the task of all parts. Helpers take part if the last query had much work. Parts with
+    /// much work are first, so that threads finish at about the same time.
+    pub(super) fn round(&mut self) {
+        if self.costs.len() == 1 || self.costs.iter().sum::<u64>() < HELPED_WORK {
+            self.parts.run_alone();
+        } else {
+            self.parts.run(|part| self.costs[part]);
         }
-        let sampled = self.begin_sampled();
-        for k in 0..count {
-            let leaf = self.leaves.as_slice()[k];
-            if k > 0 && quota.is_spent() {
-                self.hold_the_rest(asked, k, counters);
-                break;
-            }
-            if k >= sampled {
-                if k == sampled && self.sample.is_blank() {
-                    self.sample.keep(&self.contacts, asked.tolerance);
-                }
-                if let Some((bound, separation)) = self.representation(asked, &leaf) {
-                    self.front.represent(&asked.placed(), &leaf, &bound, separation);
-                    counters.represented += 1;
-                    quota.spend(WORK_BOUND);
-                    continue;
-                }
-            }
-            let known = self.contacts.len();
-            let before = counters.work();
-            let foretold = if rests { self.foretell(asked, &leaf) } else { None };
-            match self.contact(asked, &leaf, counters) {
-                Found::Nothing => counters.virtual_closest += 1,
-                Found::Admissible(contact) if least_depth_is_confirmed(asked, &contact) => {
-                    self.contacts.push(contact);
-                }
-                Found::Moved(contact, facing) if depth_is_confirmed(asked, &facing) => self.contacts.push(contact),
-                Found::Admissible(contact) | Found::Moved(contact, _) => {
-                    counters.rejected += 1;
-                    doubtful.rejected = shallower(doubtful.rejected, contact);
-                }
-                Found::Inadmissible(contact) => {
-                    counters.inadmissible += 1;
-                    doubtful.unshared =
-                        contact.map_or(doubtful.unshared, |contact| shallower(doubtful.unshared, contact));
-                }
-            }
-            if k >= sampled && self.represent_measured(asked, &leaf, known) {
-                counters.represented += 1;
-                continue;
-            }
-            self.sample.weigh(&mut self.contacts[known..], &asked.range());
-            self.touching += u32::from(self.contacts.len() > known);
-            self.keep(asked, &leaf, known, count - k - 1, counters);
-            if rests {
-                self.rest(asked, &leaf, known, foretold);
-            }
-            quota.spend(WORK_ANSWER + counters.work() - before);
+    }
+
+    /// Joins the contacts of all parts at an intermediate pose. Returns false if all parts have
+    /// spent the quota of sub-steps.
+    pub(super) fn join_sub_step(&mut self) -> bool {
+        let Self { parts, contacts, capacity, .. } = self;
+        contacts.clear();
+        let mut is_left = false;
+        parts.each(|part| {
+            contacts.extend(part.search.contacts.iter().take(*capacity - contacts.len()));
+            is_left |= !part.work.first_half().is_spent();
+        });
+        is_left
+    }
+
+    /// Sets the next task. If the fronts have started again, sets the size of the sample by the
+    /// number of leaf pairs.
+    fn begin_answers(&mut self) {
+        let (mut restarted, mut leaves) = (false, 0);
+        self.parts.each(|part| {
+            part.task = Task::Answer;
+            restarted |= part.counters.traversal.restarted > 0;
+            leaves += part.search.leaves.as_slice().len();
+        });
+        if self.holding && restarted {
+            self.sample.set_touching(leaves as f64, true);
+            self.parts.each(|part| part.search.sample.copy(&self.sample));
         }
-        doubtful
+    }
+
+    /// Joins the results of all parts. Returns the shallowest depths that were not accepted, and
+    /// the number of pairs in contact.
+    fn join(&mut self, quota: &Quota<'_>, counters: &mut QueryCounters) -> (Doubtful, u32) {
+        let Self { parts, contacts, costs, capacity, .. } = self;
+        contacts.clear();
+        let (mut doubtful, mut touching, mut k) = (Doubtful::default(), 0, 0);
+        let (mut unseen, mut unexamined) = (f64::INFINITY, f64::INFINITY);
+        parts.each(|part| {
+            let search = &part.search;
+            let room = *capacity - contacts.len();
+            counters.traversal.dropped += search.contacts.len().saturating_sub(room) as u32;
+            contacts.extend(search.contacts.iter().take(room));
+            touching += search.touching + search.front.represented();
+            doubtful.add(&part.doubtful);
+            *counters += part.counters;
+            unseen = unseen.min(search.unseen_separation);
+            if part.counters.traversal.postponed > 0 {
+                unexamined = unexamined.min(search.front.unseen_separation());
+            }
+            costs[k] = part.work.spent();
+            quota.spend(costs[k]);
+            k += 1;
+        });
+        counters.traversal.restarted = counters.traversal.restarted.min(1);
+        (self.unseen_separation, self.unexamined) = (unseen.min(unexamined), unexamined);
+        (doubtful, touching)
+    }
+
+    /// The number of pairs in contact determines how long pairs rest in the next query, and the
+    /// size of the sample.
+    fn update_rest_share(&mut self, touching: u32) {
+        if self.holding {
+            let touching = f64::from(touching);
+            self.rest_share = ((touching - REST_FROM) / (REST_ALL - REST_FROM)).clamp(0.0, 1.0);
+            self.sample.set_touching(touching, false);
+        }
+    }
+
+    /// How far the bodies move relative to each other up to this query, and the thickness of the
+    /// thinnest piece, both in model units.
+    pub(super) fn motion_to(&self, asked: &Asked<'_>) -> Option<(f64, f64)> {
+        self.parts.with_first(|part| {
+            let front = &mut part.search.front;
+            Some((front.motion_to(&asked.place)?, front.thinnest()))
+        })
+    }
+
+    /// Lists the last contacts of pieces thinner than `thin` (model units) that tunnel from the
+    /// pose `last` to this query.
+    pub(super) fn trace(&mut self, asked: &Asked<'_>, thin: f64, last: &Placement) {
+        let (Some(guard), contacts) = (&mut self.guard, &self.contacts) else { return };
+        self.parts.with_first(|part| {
+            let front = &part.search.front;
+            let is_thin = |contact: &&Contact| front.thickness(contact.piece_a, contact.piece_b) < thin;
+            guard.trace(asked, contacts.iter().filter(is_thin), last);
+        });
+    }
+
+    /// Lists the pairs whose normal has reversed since the last pose.
+    pub(super) fn compare_sides(&mut self) {
+        if let Some(guard) = &mut self.guard {
+            guard.compare(&self.contacts);
+        }
     }
 
     /// Adds a replacement contact if the bodies overlap and no depth is accepted. The contact
@@ -247,22 +326,11 @@ impl PairSearch {
         if contact.is_some_and(|contact| contact.separation <= 0.0) {
             return contact;
         }
-        self.front.nearest(&asked.placed(), slack(asked.a, asked.b), &mut self.leaves, &mut counters.traversal);
-        let overlap = self.leaves.as_slice().iter().find(|leaf| matches!(leaf.proximity, Proximity::Overlapping(_)));
-        let nearest = match overlap.copied() {
-            Some(leaf) => match self.contact(asked, &leaf, counters) {
-                Found::Admissible(contact) | Found::Moved(contact, _) => Some(contact),
-                Found::Inadmissible(contact) => contact,
-                Found::Nothing => None,
-            },
-            None => {
-                let apart = self.leaves.as_slice().iter().filter_map(|leaf| match leaf.proximity {
-                    Proximity::Disjoint(closest) => Some(at_closest(leaf, &closest)),
-                    Proximity::Overlapping(_) => None,
-                });
-                nearest_on_meshes(&meshes, apart)
-            }
-        };
+        let mut nearest: Option<Contact> = None;
+        self.parts.each(|part| {
+            let found = part.search.nearest(asked, counters);
+            nearest = nearest.into_iter().chain(found).min_by(|x, y| x.separation.total_cmp(&y.separation));
+        });
         // If both are equally near, return the contact, since its features belong to the mesh.
         match (contact, nearest) {
             (Some(c), Some(n)) if c.separation <= n.separation => Some(c),
@@ -272,97 +340,80 @@ impl PairSearch {
 
     /// See [`super::ContactQuery::came_from`].
     pub(super) fn came_from(&mut self, pose_ba: &Pose) {
-        self.contacts.clear();
-        self.held.clear();
-        self.sample.clear();
-        self.front.end_rests();
-        if let Some(guard) = &mut self.guard {
-            guard.clear();
-        }
-        self.last_overlap.clear();
+        self.forget();
+        self.parts.each(|part| part.search.forget_contacts());
         self.last_pose = Some(*pose_ba);
     }
 
     /// Drops all cached data.
     pub(super) fn clear(&mut self) {
-        self.front.clear();
+        self.forget();
+        self.parts.each(|part| part.search.clear());
+        self.last_pose = None;
+    }
+
+    /// Drops the contacts of the last query that all parts share.
+    fn forget(&mut self) {
         self.contacts.clear();
-        self.held.clear();
         self.sample.clear();
         if let Some(guard) = &mut self.guard {
             guard.clear();
         }
-        self.last_pose = None;
         self.last_overlap.clear();
-        if let Some(prover) = &mut self.prover {
-            prover.clear();
+    }
+}
+
+impl Clone for Search {
+    /// The copy has parts of its own, without helpers.
+    fn clone(&self) -> Self {
+        let Self { costs, contacts, last_overlap, guard, sample, .. } = self;
+        Self {
+            parts: Arc::new(Rounds::clone(&self.parts)),
+            costs: costs.clone(),
+            contacts: contacts.clone(),
+            last_overlap: *last_overlap,
+            guard: guard.clone(),
+            sample: sample.clone(),
+            ..*self
         }
     }
 }
 
-/// The shallowest depths that were not accepted.
-#[derive(Clone, Copy, Default)]
-struct Doubtful {
-    /// The contact contradicts the surfaces of the solids.
-    rejected: Option<Contact>,
-    /// The pieces do not share the contact's normal.
-    unshared: Option<Contact>,
-}
-
-/// Input of a query.
-#[derive(Clone, Copy)]
-pub(super) struct Asked<'q> {
-    pub(super) a: &'q Body,
-    pub(super) b: &'q Body,
-    /// a placed in b's frame.
-    pub(super) pose_ba: Pose,
-    /// `pose_ba` as a matrix.
-    pub(super) place: Placement,
-    /// Model units.
-    pub(super) tolerance: f64,
-    /// Contacts press below this separation, in model units.
-    offset: f64,
-}
-
-impl<'q> Asked<'q> {
-    /// Returns the input of a query with these settings at a pose.
-    pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, settings: &QuerySettings) -> Self {
-        let QuerySettings { tolerance, contact_offset, .. } = *settings;
-        let offset = contact_offset.map_or(tolerance, |offset| offset.min(tolerance));
-        Self { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance, offset }
+/// Returns the pairs of nodes whose leaf pairs are the parts of a query. Only a query that follows
+/// a motion, of two bodies with many pieces, is divided.
+fn divide(a: &Body, b: &Body, settings: &QuerySettings) -> Vec<[u32; 2]> {
+    let (of_a, of_b) = (a.hierarchy(), b.hierarchy());
+    if !settings.holding || a.polytopes().len().saturating_mul(b.polytopes().len()) < DIVIDED_FROM {
+        return vec![[of_a.root(), of_b.root()]];
     }
-
-    /// Returns two separations: contacts are searched below the first, and press below the second.
-    pub(super) fn range(&self) -> Range {
-        Range { tolerance: self.tolerance, offset: self.offset }
-    }
-
-    /// Returns the pieces of a and of b at these indices.
-    pub(super) fn pieces(&self, piece_a: u32, piece_b: u32) -> (&'q Polytope, &'q Polytope) {
-        (&self.a.polytopes()[piece_a as usize], &self.b.polytopes()[piece_b as usize])
-    }
-
-    /// Returns the admissible normals of both pieces of a leaf pair.
-    pub(super) fn admissible_normals(&self, leaf: &LeafPair) -> [AdmissibleNormals<'q>; 2] {
-        [self.a.admissible_normals(leaf.piece_a), self.b.admissible_normals(leaf.piece_b)]
-    }
-
-    /// Returns this input in the form that the front needs.
-    pub(super) fn placed(&self) -> PlacedPair<'_> {
-        PlacedPair::new(side(self.a), side(self.b), &self.place, self.tolerance)
-    }
-
-    /// Returns this input at another pose.
-    pub(super) fn at(self, pose_ba: &Pose) -> Self {
-        Self { pose_ba: *pose_ba, place: pose_ba.placement(), ..self }
+    if a.size() <= b.size() {
+        largest_nodes(of_a).into_iter().map(|node| [node, of_b.root()]).collect()
+    } else {
+        largest_nodes(of_b).into_iter().map(|node| [of_a.root(), node]).collect()
     }
 }
 
-/// Returns the shallower of two overlaps; the first if both are equally deep.
-fn shallower(least: Option<Contact>, contact: Contact) -> Option<Contact> {
-    if least.is_some_and(|least| contact.separation <= least.separation) { least } else { Some(contact) }
+/// Returns nodes that together have all leaves, each leaf once. The node with the most leaves is
+/// split until there are [`PARTS`] nodes.
+fn largest_nodes(hierarchy: &Hierarchy) -> Vec<u32> {
+    let mut nodes = vec![hierarchy.root()];
+    while nodes.len() < PARTS {
+        let largest = nodes.iter().enumerate().max_by_key(|&(k, &node)| (leaves(hierarchy, node), usize::MAX - k));
+        let Some((k, &node)) = largest else { break };
+        let NodeKind::Inner { left, right } = hierarchy.node(node).kind else { break };
+        nodes.splice(k..=k, [left, right]);
+    }
+    nodes
 }
 
-fn side(body: &Body) -> Side<'_> {
-    Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }
+/// Returns the number of leaves below a node.
+fn leaves(hierarchy: &Hierarchy, node: u32) -> usize {
+    let (mut count, mut stack) = (0, vec![node]);
+    while let Some(node) = stack.pop() {
+        match hierarchy.node(node).kind {
+            NodeKind::Leaf { .. } => count += 1,
+            NodeKind::Inner { left, right } => stack.extend([left, right]),
+        }
+    }
+    count
 }

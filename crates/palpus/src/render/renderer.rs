@@ -20,6 +20,7 @@ use std::sync::Arc;
 use super::{Limits, Object, ProbeState, Settings, SettingsError, Tick, ToolId, World};
 use crate::algebra::{Clock, Pose};
 use crate::body::Body;
+use crate::detect::Helper;
 
 /// Renders the contact of a probe (a) with an environment (b). The environment's frame is the
 /// scene's frame.
@@ -69,6 +70,11 @@ impl Renderer {
     /// Limits the work of the queries of the next steps: see [`World::allow`].
     pub fn allow(&mut self, work: Option<u64>) {
         self.world.allow(work);
+    }
+
+    /// Returns a helper for the steps: see [`World::helper`].
+    pub fn helper(&self) -> Helper {
+        self.world.helper()
     }
 
     /// Returns the last tick.

@@ -7,6 +7,7 @@ use palpus::algebra::{Pose, Wrench, quantile_of_sorted};
 use palpus::detect::{Contact, ContactQuery, Proof, QueryCounters, QuerySettings};
 use palpus::force::{LoadSharing, Tilted};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
+use palpus_device::HelperThread;
 use serde::{Serialize, Serializer};
 
 use super::cases::{Analytic, Case};
@@ -112,8 +113,13 @@ pub(super) struct Accuracy {
 }
 
 /// Runs a case and compares about `truths` of its poses with the truth. The trace gets these poses
-/// and the pose before each of them.
-pub(super) fn measure(case: &Case, truths: usize, mut trace: Option<&mut Trace>) -> anyhow::Result<Row> {
+/// and the pose before each of them. `helpers` threads take part in the steps.
+pub(super) fn measure(
+    case: &Case,
+    truths: usize,
+    helpers: usize,
+    mut trace: Option<&mut Trace>,
+) -> anyhow::Result<Row> {
     let plain = settings(case.tolerance);
     let limits: Limits = Settings::default().limits;
     let coupled = Settings {
@@ -124,6 +130,8 @@ pub(super) fn measure(case: &Case, truths: usize, mut trace: Option<&mut Trace>)
     };
     let settings = if case.coupled { coupled } else { plain };
     let mut renderer = Renderer::new(Arc::clone(&case.a), Arc::clone(&case.b), settings)?;
+    let _helpers: Vec<HelperThread> =
+        (0..helpers).filter_map(|_| HelperThread::start_anyway(renderer.helper(), None, None)).collect();
     let mut truth = Truth::new(case, plain);
     let clock = CpuClock::new();
     let (mut times, mut turns, mut errors) = (Vec::new(), Vec::new(), Errors::default());

@@ -29,7 +29,7 @@ use crate::{files, output};
 pub(super) fn conformal(
     out: &Path,
     models: Option<&Path>,
-    [ticks, truths]: [usize; 2],
+    [ticks, truths, helpers]: [usize; 3],
     only: Option<&str>,
     traces: bool,
 ) -> anyhow::Result<ExitCode> {
@@ -45,7 +45,7 @@ pub(super) fn conformal(
         match Case::of(case, models, ticks)? {
             Some(case) => {
                 let mut trace = if traces { Some(Trace::new(&out.join(case.name), &case)?) } else { None };
-                rows.push(measure::measure(&case, truths, trace.as_mut())?);
+                rows.push(measure::measure(&case, truths, helpers, trace.as_mut())?);
                 if let Some(trace) = trace {
                     trace.finish()?;
                 }

@@ -88,7 +88,7 @@ mod tests {
         let case = Case::of(plan, None, 8).expect("the case can be prepared").expect("the case needs no models");
         let folder = std::env::temp_dir().join(format!("palpus-trace-{}", std::process::id()));
         let mut trace = Trace::new(&folder, &case).expect("the folder can be written");
-        measure(&case, 2, Some(&mut trace)).expect("the case can be measured");
+        measure(&case, 2, 0, Some(&mut trace)).expect("the case can be measured");
         trace.finish().expect("the file can be written");
         let text = std::fs::read_to_string(folder.join("trace.csv")).expect("the file can be read");
         let (head, rows) = text.split_once('\n').expect("the file has a head");

@@ -70,8 +70,7 @@ impl Front {
             near.known = known;
         }
         if !self.begun {
-            let nodes = [query.a.hierarchy.root(), query.b.hierarchy.root()];
-            self.nearer(query, NodePair { nodes, bound: 0.0 }, &mut near, counters);
+            self.nearer(query, NodePair { nodes: self.nodes, bound: 0.0 }, &mut near, counters);
             return;
         }
         let places = 0..self.fresh;

@@ -89,7 +89,7 @@ use super::{Settings, SettingsError, VirtualCoupling};
 use crate::algebra::tolerance::TOOL_OFFSET;
 use crate::algebra::{Pose, Twist, Wrench};
 use crate::body::Body;
-use crate::detect::Contact;
+use crate::detect::{Contact, Helper};
 
 pub use object::{BodyId, Object, ToolId};
 
@@ -320,6 +320,12 @@ impl World {
     /// Returns the geometry of a body.
     pub fn body(&self, body: BodyId) -> &Arc<Body> {
         &self.things[body.0].body
+    }
+
+    /// Returns a helper, with which another thread can take part in the steps from now on. It helps
+    /// only with pairs of bodies that are in the world now.
+    pub fn helper(&self) -> Helper {
+        self.pairs.iter().fold(Helper::default(), |helper, pair| helper.and(pair.helper()))
     }
 
     /// Limits the work ([`crate::algebra::Work`]) of all queries in each of the next steps; `None`:

@@ -14,7 +14,7 @@ use super::super::surfaces::Surfaces;
 use super::super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
 use crate::algebra::{Clock, Pose, Quota, SpatialMatrix, Twist, Wrench};
 use crate::body::{Body, FeaturePair};
-use crate::detect::{Contact, ContactQuery, QueryCounters, QuerySettings};
+use crate::detect::{Contact, ContactQuery, Helper, QueryCounters, QuerySettings};
 use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 
 /// Pose of one body of a pair, and its velocity for damping.
@@ -96,6 +96,11 @@ impl Pair {
         if self.settings.friction.is_none() {
             self.scratch.clear();
         }
+    }
+
+    /// Returns a helper for the pair's queries.
+    pub(super) fn helper(&self) -> Helper {
+        self.query.helper()
     }
 
     /// Returns the settings of the pair's contacts.

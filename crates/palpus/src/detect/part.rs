@@ -1,0 +1,306 @@
+//! The search of one part of a query: the leaf pairs below some pairs of nodes, and their contacts.
+//!
+//! A part has its own front, working memory and cached data. What depends on all contacts of the
+//! query (the sample, the length of rests, the depth of the overlap) is copied into each part
+//! before a query ([`PartSearch::begin`]).
+
+use std::sync::Arc;
+
+use super::asked::{Asked, side};
+use super::confirm::{depth_is_confirmed, least_depth_is_confirmed};
+use super::exact::{Placed, nearest_on_meshes, slack};
+use super::found::{Found, at_closest};
+use super::held::HeldContacts;
+use super::prover::Prover;
+use super::sample::Sample;
+use super::{Contact, Proof, QueryCounters, QuerySettings};
+use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
+use crate::algebra::{Job, Pose, Quota, Work};
+use crate::body::Body;
+use crate::collision::{Front, LeafPairs, PlacedPair, Proximity, Thickness};
+use crate::depth::{AdmissibleScratch, DepthScratch, Patch};
+
+/// A part of a query as a job: its search, the input of the query, and its results.
+#[derive(Debug)]
+pub(super) struct Part {
+    a: Arc<Body>,
+    b: Arc<Body>,
+    /// The pose of a in b's frame, and the settings, of the query.
+    pub(super) input: (Pose, QuerySettings),
+    pub(super) task: Task,
+    pub(super) work: Work,
+    pub(super) search: PartSearch,
+    pub(super) counters: QueryCounters,
+    pub(super) doubtful: Doubtful,
+}
+
+/// What a part computes in the present round.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Task {
+    /// The contacts of pieces thinner than this (model units), at an intermediate pose.
+    SubStep { thin: f64 },
+    /// The leaf pairs within the tolerance.
+    Descend,
+    /// The contacts of these leaf pairs.
+    Answer,
+}
+
+impl Part {
+    /// Returns a part for the leaf pairs below the pair of `nodes`.
+    pub(super) fn new(a: &Arc<Body>, b: &Arc<Body>, settings: &QuerySettings, search: PartSearch) -> Self {
+        Self {
+            a: a.clone(),
+            b: b.clone(),
+            input: (Pose::IDENTITY, *settings),
+            task: Task::Descend,
+            work: Work::unlimited(),
+            search,
+            counters: QueryCounters::default(),
+            doubtful: Doubtful::default(),
+        }
+    }
+}
+
+impl Job for Part {
+    fn run(&mut self) {
+        let (pose_ba, settings) = &self.input;
+        let asked = Asked::new(&self.a, &self.b, pose_ba, settings);
+        let (search, counters) = (&mut self.search, &mut self.counters);
+        match self.task {
+            Task::SubStep { thin } => search.sub_step(&asked, thin, &self.work.first_half(), counters),
+            Task::Descend => {
+                let quota = self.work.all();
+                counters.traversal = search.front.within_quota(&asked.placed(), &quota, &mut search.leaves);
+            }
+            Task::Answer => self.doubtful = search.answer(&asked, &self.work.all(), counters),
+        }
+    }
+}
+
+impl Clone for Part {
+    /// Between queries, only the search has data that is used again.
+    fn clone(&self) -> Self {
+        Self::new(&self.a, &self.b, &self.input.1, self.search.clone())
+    }
+}
+
+/// Working memory of the search, and data cached from query to query.
+#[derive(Clone, Debug)]
+pub(super) struct PartSearch {
+    pub(super) front: Front,
+    /// Largest number of contacts of a query.
+    pub(super) capacity: usize,
+    pub(super) leaves: LeafPairs,
+    pub(super) contacts: Vec<Contact>,
+    pub(super) scratch: DepthScratch,
+    pub(super) admissible: AdmissibleScratch,
+    pub(super) prover: Option<Box<Prover>>,
+    pub(super) patch_slope: Option<f64>,
+    pub(super) patch: Patch,
+    pub(super) held: HeldContacts,
+    /// The sample of all parts.
+    pub(super) sample: Sample,
+    /// Depth of the last overlap, model units; 0 if the bodies did not overlap.
+    pub(super) overlap: f64,
+    /// Number of pairs with contacts in the current query.
+    pub(super) touching: u32,
+    /// Measure of the number of touching pairs in the last query, from 0 (few) to 1 (many).
+    pub(super) rest_share: f64,
+    /// The leaf pair with which the next query begins, if the quota was spent.
+    pub(super) resume: Option<u32>,
+    pub(super) unseen_separation: f64,
+}
+
+impl PartSearch {
+    /// Allocates memory for the search below the pair of `nodes`, for `places` pairs of nodes and
+    /// `capacity` contacts. `sample` and `thickness` belong to a and b.
+    pub(super) fn new(
+        a: &Body,
+        b: &Body,
+        settings: &QuerySettings,
+        nodes: [u32; 2],
+        [places, capacity]: [usize; 2],
+        sample: &Sample,
+        thickness: &Arc<[Thickness; 2]>,
+    ) -> Self {
+        let front = Front::below(side(a), side(b), nodes, places, thickness);
+        let held = if settings.holding { HeldContacts::new(front.places(), capacity) } else { HeldContacts::default() };
+        Self {
+            front,
+            capacity,
+            leaves: LeafPairs::new(capacity),
+            contacts: Vec::with_capacity(capacity),
+            scratch: DepthScratch::new(),
+            admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
+            prover: (settings.proof == Proof::Prove).then(|| Box::new(Prover::new())),
+            patch_slope: settings.patch_angle.map(f64::tan),
+            patch: Patch::new(),
+            held,
+            sample: sample.another(),
+            overlap: 0.0,
+            touching: 0,
+            rest_share: 0.0,
+            resume: None,
+            unseen_separation: f64::INFINITY,
+        }
+    }
+
+    /// Sets what the next query gets from all parts of the last query: the sample, the share of
+    /// rests, and the depth of the overlap (model units).
+    pub(super) fn begin(&mut self, sample: &Sample, rest_share: f64, overlap: f64) {
+        self.sample.copy(sample);
+        self.front.set_rest_share(rest_share);
+        (self.rest_share, self.overlap) = (rest_share, overlap);
+    }
+
+    /// Finds the contacts of the leaf pairs, and extrapolates those that the query did not visit.
+    fn answer(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Doubtful {
+        self.held.begin_tick();
+        self.unseen_separation = f64::INFINITY;
+        let doubtful = self.answer_leaves(asked, quota, counters);
+        self.hold_unvisited(asked, counters);
+        doubtful
+    }
+
+    /// Finds the contacts of thin pieces at an intermediate pose, until the quota is spent.
+    fn sub_step(&mut self, asked: &Asked<'_>, thin: f64, quota: &Quota<'_>, counters: &mut QueryCounters) {
+        self.contacts.clear();
+        if quota.is_spent() {
+            return;
+        }
+        let placed = PlacedPair { thinner_than: thin, ..asked.placed() };
+        self.front.within_quota(&placed, quota, &mut self.leaves);
+        for k in 0..self.leaves.as_slice().len() {
+            let leaf = self.leaves.as_slice()[k];
+            let before = counters.work();
+            if let Found::Admissible(contact) | Found::Moved(contact, _) = self.contact(asked, &leaf, counters) {
+                self.contacts.push(contact);
+            }
+            quota.spend(WORK_ANSWER + counters.work() - before);
+        }
+    }
+
+    /// Finds the contacts of the leaf pairs until the quota is spent. Returns the shallowest
+    /// depths that were not accepted.
+    fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Doubtful {
+        self.contacts.clear();
+        let mut doubtful = Doubtful::default();
+        let rests = self.rest_share > 0.0;
+        self.touching = 0;
+        let count = self.leaves.as_slice().len();
+        let sampled = self.begin_sampled();
+        for k in 0..count {
+            let leaf = self.leaves.as_slice()[k];
+            if k > 0 && quota.is_spent() {
+                self.hold_the_rest(asked, k, counters);
+                break;
+            }
+            if k >= sampled {
+                if k == sampled && self.sample.is_blank() {
+                    self.sample.keep(&self.contacts, asked.tolerance);
+                }
+                if let Some((bound, separation)) = self.representation(asked, &leaf) {
+                    self.front.represent(&asked.placed(), &leaf, &bound, separation);
+                    counters.represented += 1;
+                    quota.spend(WORK_BOUND);
+                    continue;
+                }
+            }
+            let known = self.contacts.len();
+            let before = counters.work();
+            let foretold = if rests { self.foretell(asked, &leaf) } else { None };
+            match self.contact(asked, &leaf, counters) {
+                Found::Nothing => counters.virtual_closest += 1,
+                Found::Admissible(contact) if least_depth_is_confirmed(asked, &contact) => {
+                    self.contacts.push(contact);
+                }
+                Found::Moved(contact, facing) if depth_is_confirmed(asked, &facing) => self.contacts.push(contact),
+                Found::Admissible(contact) | Found::Moved(contact, _) => {
+                    counters.rejected += 1;
+                    doubtful.rejected = shallower(doubtful.rejected, contact);
+                }
+                Found::Inadmissible(contact) => {
+                    counters.inadmissible += 1;
+                    doubtful.unshared =
+                        contact.map_or(doubtful.unshared, |contact| shallower(doubtful.unshared, contact));
+                }
+            }
+            if k >= sampled && self.represent_measured(asked, &leaf, known) {
+                counters.represented += 1;
+                continue;
+            }
+            self.sample.weigh(&mut self.contacts[known..], &asked.range());
+            self.touching += u32::from(self.contacts.len() > known);
+            self.keep(asked, &leaf, known, count - k - 1, counters);
+            if rests {
+                self.rest(asked, &leaf, known, foretold);
+            }
+            quota.spend(WORK_ANSWER + counters.work() - before);
+        }
+        doubtful
+    }
+
+    /// Returns the part's nearest pair of points at any distance, or the depth of an overlap. A
+    /// distance is that of the meshes (`exact`).
+    pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
+        self.front.nearest(&asked.placed(), slack(asked.a, asked.b), &mut self.leaves, &mut counters.traversal);
+        let overlap = self.leaves.as_slice().iter().find(|leaf| matches!(leaf.proximity, Proximity::Overlapping(_)));
+        match overlap.copied() {
+            Some(leaf) => match self.contact(asked, &leaf, counters) {
+                Found::Admissible(contact) | Found::Moved(contact, _) => Some(contact),
+                Found::Inadmissible(contact) => contact,
+                Found::Nothing => None,
+            },
+            None => {
+                let apart = self.leaves.as_slice().iter().filter_map(|leaf| match leaf.proximity {
+                    Proximity::Disjoint(closest) => Some(at_closest(leaf, &closest)),
+                    Proximity::Overlapping(_) => None,
+                });
+                nearest_on_meshes(&Placed { a: asked.a, b: asked.b, place: &asked.place }, apart)
+            }
+        }
+    }
+
+    /// Drops the contacts of the last query.
+    pub(super) fn forget_contacts(&mut self) {
+        self.contacts.clear();
+        self.held.clear();
+        self.front.end_rests();
+    }
+
+    /// Drops all cached data.
+    pub(super) fn clear(&mut self) {
+        self.front.clear();
+        self.contacts.clear();
+        self.held.clear();
+        if let Some(prover) = &mut self.prover {
+            prover.clear();
+        }
+    }
+}
+
+/// The shallowest depths that were not accepted.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Doubtful {
+    /// The contact contradicts the surfaces of the solids.
+    pub(super) rejected: Option<Contact>,
+    /// The pieces do not share the contact's normal.
+    pub(super) unshared: Option<Contact>,
+}
+
+impl Doubtful {
+    /// Adds the depths of another part.
+    pub(super) fn add(&mut self, other: &Self) {
+        if let Some(contact) = other.rejected {
+            self.rejected = shallower(self.rejected, contact);
+        }
+        if let Some(contact) = other.unshared {
+            self.unshared = shallower(self.unshared, contact);
+        }
+    }
+}
+
+/// Returns the shallower of two overlaps; the first if both are equally deep.
+fn shallower(least: Option<Contact>, contact: Contact) -> Option<Contact> {
+    if least.is_some_and(|least| contact.separation <= least.separation) { least } else { Some(contact) }
+}

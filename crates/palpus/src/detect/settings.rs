@@ -1,0 +1,52 @@
+//! Settings of queries.
+
+/// Selects whether depths are proven.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Proof {
+    /// The walk alone: the depth is a local minimum, as in \[K02 §3.3\]. Servo loops use this.
+    #[default]
+    None,
+    /// The depth of every overlapping pair of pieces is proven globally least.
+    Prove,
+}
+
+/// Settings of a [`ContactQuery`]. The query allocates its memory for these settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuerySettings {
+    /// Contacts are nearer than this, model units; 0 finds overlaps only.
+    pub tolerance: f64,
+    /// Contacts press below this separation, model units; `None`: below the tolerance. If so many
+    /// pairs touch that only a sample is measured, the choice of the other pairs to measure depends
+    /// on how hard they press.
+    pub contact_offset: Option<f64>,
+    /// The most contacts of one query, at least one. If there are more, the deepest are kept.
+    pub capacity: usize,
+    /// Selects whether depths are proven globally least.
+    pub proof: Proof,
+    /// Contacts at the corners of flush pieces' patches, for tilts up to this angle (rad, above 0
+    /// and below a right angle); `None`: one exact contact for each pair of pieces. See
+    /// [`Patch`](crate::depth::Patch).
+    pub patch_angle: Option<f64>,
+    /// If true, the query guards against tunnelling: a fast body does not pass a thin part between
+    /// two queries.
+    pub guard: bool,
+    /// If true, the query keeps contacts from query to query, for pairs that a work quota leaves
+    /// out: see [`ContactQuery::run_within`].
+    pub holding: bool,
+}
+
+impl Default for QuerySettings {
+    /// Contacts within 1 mm, if the model unit is the metre; at most 4096, not proven, for single
+    /// poses in any order.
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-3,
+            contact_offset: None,
+            capacity: 4096,
+            proof: Proof::None,
+            patch_angle: None,
+            guard: false,
+            holding: false,
+        }
+    }
+}
