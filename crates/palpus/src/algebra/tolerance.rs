@@ -592,9 +592,10 @@ pub const PARALLEL_AXES: f64 = 1e-12;
 
 /// Relative to the bodies' size: the unit in which the motion bound counts.
 ///
-/// The value is about 1.5e-11. A tick adds at least one unit. A smaller unit comes near the
-/// rounding of transformed points (1e-16 of the coordinates) and uses up the 2⁶¹ units of the sum
-/// (some 3e7 sizes of travel) sooner. A larger unit only tests pairs early.
+/// The value is about 1.5e-11. A tick adds at least one unit. The sum can count 2⁶¹ units, which is
+/// a motion of some 3e7 sizes. With a smaller unit, this limit is reached sooner, and the unit
+/// comes near the rounding of transformed points (1e-16 of the coordinates). A larger unit only
+/// tests pairs early.
 pub const MOTION_QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// Relative to the bodies' size and their distance: each tick adds this to the motion bound for the
@@ -1045,8 +1046,8 @@ pub const DEPTH_HAIR: f64 = 1e-9;
 /// transformed cells.
 pub const DEPTH_ROUNDING: f64 = 1e-11;
 
-/// Relative to its size and its distance from the origin: a transformed box is enlarged by this.
-/// Then it contains all transformed corners despite rounding.
+/// A transformed box is enlarged by this, relative to its size and to its distance from the origin.
+/// So the box contains all transformed corners despite rounding.
 ///
 /// The value is about 45 roundings. A smaller value could miss a pair of triangles that touch; a
 /// larger one only costs time.

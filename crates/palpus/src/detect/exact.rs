@@ -163,7 +163,7 @@ impl Slab {
         height >= self.least
     }
 
-    /// Returns the height of the highest point of a box, whose ball is given.
+    /// Returns the greatest height of a point of a box. `ball` is the ball around the box.
     fn highest(&self, ball: &Ball, bounds: &Aabb) -> f64 {
         self.outward.dot(ball.middle) + 0.5 * self.outward.abs().dot(bounds.max - bounds.min)
     }

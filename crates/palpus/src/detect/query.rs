@@ -10,7 +10,8 @@ use crate::body::Body;
 /// Selects whether depths are proven.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Proof {
-    /// The walk alone: the depth is a local minimum, as in \[K02 §3.3\]. Servo loops use this.
+    /// The walk gives the depth without a proof. The depth is a local minimum, as in \[K02 §3.3\].
+    /// Servo loops use this.
     #[default]
     None,
     /// The depth of every overlapping pair of pieces is proven globally least.
@@ -23,10 +24,11 @@ pub struct QuerySettings {
     /// Contacts are nearer than this, model units; 0 finds overlaps only.
     pub tolerance: f64,
     /// Contacts press below this separation, model units; `None`: below the tolerance. If so many
-    /// pairs touch that only a sample is measured, the choice of the other pairs to measure depends
-    /// on how hard they press.
+    /// pairs touch that only a sample is measured, a pair outside the sample is measured only if it
+    /// presses harder than the sample.
     pub contact_offset: Option<f64>,
-    /// The most contacts of one query, at least one. If there are more, the deepest are kept.
+    /// Largest number of contacts of one query, at least one. If there are more, the deepest are
+    /// kept.
     pub capacity: usize,
     /// Selects whether depths are proven globally least.
     pub proof: Proof,
@@ -43,8 +45,8 @@ pub struct QuerySettings {
 }
 
 impl Default for QuerySettings {
-    /// Contacts within 1 mm, if the model unit is the metre; at most 4096, not proven, for single
-    /// poses in any order.
+    /// Returns settings for contacts within 1 mm (if the model unit is the metre), at most 4096 of
+    /// them. Depths are not proven. The poses may be in any order.
     fn default() -> Self {
         Self {
             tolerance: 1e-3,
@@ -58,8 +60,8 @@ impl Default for QuerySettings {
     }
 }
 
-/// Finds the contacts of a body a with a body b. It contains both bodies, the settings, working
-/// memory, and data cached from query to query.
+/// Finds the contacts of a body a with a body b. The value contains both bodies, the settings,
+/// working memory, and data that are cached from query to query.
 ///
 /// Queries at poses near the last one are fast, but any pose may follow any other. Only
 /// [`Self::new`] allocates memory.
@@ -107,14 +109,14 @@ impl ContactQuery {
         self.run_within(pose_ba, &Work::unlimited().all(), clock)
     }
 
-    /// Like [`Self::run`], with at most about `quota` of work. Pairs that were not reached get
-    /// their contacts from the last query, and come first in the next query.
+    /// Runs a query like [`Self::run`], but does at most about `quota` of work. Pairs that are not
+    /// reached get their contacts from the last query, and come first in the next query.
     ///
-    /// If the settings ask for it, contacts of the last query are *held*: they are extrapolated
-    /// with the bodies, and their separation is computed along their normals, which is correct to
-    /// first order in the motion. Pairs that were not in contact may now be nearer than the
-    /// tolerance, but not nearer than [`Self::unseen_separation`]. Hulls of whole parts never make
-    /// contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
+    /// If [`QuerySettings::holding`] is true, contacts of the last query are *held*: they move with
+    /// the bodies, and their separation is computed along their normals. This extrapolation is
+    /// correct to first order in the motion. Pairs that were not in contact may now be nearer than
+    /// the tolerance, but not nearer than [`Self::unseen_separation`]. Hulls of whole parts never
+    /// make contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
     pub fn run_within(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) -> &QueryCounters {
         let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);
         self.counters = self.search.run(&asked, quota, clock);
@@ -133,7 +135,7 @@ impl ContactQuery {
         self.search.nearest(&asked, &mut self.counters)
     }
 
-    /// The contacts of the last query.
+    /// Returns the contacts of the last query.
     pub fn found(&self) -> &[Contact] {
         self.search.contacts()
     }
@@ -143,8 +145,9 @@ impl ContactQuery {
         &self.counters
     }
 
-    /// Lower bound of the separation (model units) of all pairs that the last query skipped because
-    /// its quota was spent. Infinite if it skipped none; minus infinity if it had just begun.
+    /// Returns a lower bound of the separation (model units) of all pairs that the last query
+    /// skipped because its quota was spent. Infinite if the query skipped no pair; minus infinity
+    /// if the query has no earlier results.
     ///
     /// Pairs with extrapolated contacts do not count as skipped; nor do pairs whose closest points
     /// were on virtual features at their last visit.
@@ -152,18 +155,19 @@ impl ContactQuery {
         self.search.unseen_separation()
     }
 
-    /// The least separation of the skipped pairs that were beyond the tolerance at their last
-    /// visit. Pairs within tolerance, with contacts that are extrapolated or dropped, do not count.
+    /// Returns the least separation of the skipped pairs that were beyond the tolerance at their
+    /// last visit. Pairs within the tolerance, whose contacts are extrapolated or dropped, do not
+    /// count.
     pub fn unexamined_separation(&self) -> f64 {
         self.search.unexamined_separation()
     }
 
-    /// The body a, whose pose each query gets.
+    /// Returns body a, whose pose is given to each query.
     pub fn a(&self) -> &Arc<Body> {
         &self.a
     }
 
-    /// The body b, in whose frame the contacts are.
+    /// Returns body b, in whose frame the contacts are.
     pub fn b(&self) -> &Arc<Body> {
         &self.b
     }

@@ -28,7 +28,7 @@ use crate::algebra::tolerance::{
 use crate::algebra::{Directions, LANES};
 use crate::body::{Body, NodeKind};
 
-/// Which pairs are measured, and how much their contacts count.
+/// Decides which pairs are measured, and how much their contacts count.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
     /// Rank of each piece of one body, 0 to 1.
@@ -107,21 +107,21 @@ impl Sample {
     /// The share with which all pairs have full weight.
     const ALL: f64 = 1.0 / (1.0 - SAMPLE_FADE);
 
-    /// A sample of the pairs of two bodies that begins with all pairs.
+    /// Returns a sample for two bodies. At first, all pairs belong to the sample.
     pub(super) fn new(a: &Body, b: &Body) -> Self {
         let of_a = a.size() <= b.size();
         let ranks = ranks(if of_a { a } else { b });
         Self { ranks, of_a, share: Self::ALL, loads: Loads::new(), others: Loads::new() }
     }
 
-    /// Begins with all pairs again.
+    /// Starts again with all pairs in the sample.
     pub(super) fn clear(&mut self) {
         self.share = Self::ALL;
         self.loads.clear();
         self.others.clear();
     }
 
-    /// True if some pairs are left out.
+    /// Returns true if some pairs are not in the sample.
     pub(super) fn is_partial(&self) -> bool {
         self.share < Self::ALL
     }
@@ -141,7 +141,7 @@ impl Sample {
         };
     }
 
-    /// The mean weight of all pairs.
+    /// Returns the mean weight of all pairs.
     fn part(&self) -> f64 {
         let full = self.share * (1.0 - SAMPLE_FADE);
         let last = ((self.share - 1.0) / (SAMPLE_FADE * self.share)).max(0.0);

@@ -6,8 +6,8 @@
 //! * *Step over motion*: the force step divided by the stiffness and by the largest motion of a
 //!   point of the probe in that millisecond. A single linear contact gives at most 1, a sum of n
 //!   contacts at most n, and a jump any value.
-//! * *Step while merging*, on the rails: the largest step while the depth stays the same and two
-//!   contacts become one, relative to the mean force.
+//! * *Step while merging*, in the scene `rails`: the largest step while the depth stays the same
+//!   and two contacts become one, relative to the mean force.
 //! * *Truth*, for scenes with a known truth ([`super::truth`]).
 //! * *Pop-through*: an episode in which the bodies overlap by more than a tenth of a millimetre,
 //!   and the force is less than a tenth of the expected force (or the torque less than a tenth of
