@@ -38,7 +38,7 @@ impl Motion {
         }
     }
 
-    /// Returns the part of the `stated` velocity that the poses confirm.
+    /// Returns the part of the `stated` velocity that agrees with the poses.
     pub(super) fn confirmed(&self, stated: &Twist) -> Twist {
         Twist {
             linear: confirmed(stated.linear, self.mean.linear),
