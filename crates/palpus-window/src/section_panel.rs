@@ -76,14 +76,14 @@ pub struct SectionOf<'a> {
 /// Scale of the colours and of the contour lines, in the body's unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
-    /// Depth with the last colour.
+    /// Depth that is shown with the last colour of the scale.
     pub(crate) deepest: f64,
     /// Distance between contour lines.
     pub(crate) step: f64,
 }
 
-/// Draws one panel without text, `width` by `height` pixels. `deepest`: depth with the last
-/// colour of the scale.
+/// Draws one panel without text, `width` by `height` pixels. `deepest`: depth that is shown with
+/// the last colour of the scale.
 pub fn paint_section_panel(
     shown: &SectionOf<'_>,
     which: Shown,

@@ -33,8 +33,8 @@ pub struct BodySettings {
 
 impl BodySettings {
     /// Flatness for measurements. The error of depths is at most about this value times the
-    /// bounding diagonal. The distance of [`ContactQuery::nearest`] has only rounding errors (with a
-    /// larger flatness, distances are those of the pieces).
+    /// bounding diagonal. The distance of [`ContactQuery::nearest`] has only rounding errors. (With
+    /// a larger flatness, it is the distance of the pieces.)
     ///
     /// [`ContactQuery::nearest`]: crate::detect::ContactQuery::nearest
     pub const EXACT: f64 = 3e-8;

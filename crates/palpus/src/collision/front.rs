@@ -363,8 +363,8 @@ impl Front {
         self.wakes.set(place, self.motion_bound.due(distance - query.tolerance));
     }
 
-    /// Marches a pair from the end of its last march, or without a start if there is none. Returns
-    /// the result, and the data that were stored for the pair before.
+    /// Marches a pair from the end of its last march; a pair without stored results has no such
+    /// start. Returns the result, and the data that were stored for the pair before.
     fn march(
         &mut self,
         query: &PlacedPair<'_>,

@@ -258,8 +258,8 @@ mod tests {
         let (mut front, mut found) = (Front::new(side, side, 100), LeafPairs::new(10));
         let mut marched = 0;
         for tick in 0..100 {
-            // One piece is above the other. The gap exceeds the tolerance by less than the motion
-            // of a tick.
+            // One piece is above the other. The gap is slightly larger than the tolerance: a tick's
+            // motion could close the difference.
             let pose_ba = Pose::from_translation(DVec3::new(0.005 * f64::from(tick), 0.0, 0.212)).placement();
             let query = PlacedPair::new(side, side, &pose_ba, 0.01);
             let counters = front.within(&query, &mut found);

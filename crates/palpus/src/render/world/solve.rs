@@ -189,7 +189,8 @@ mod tests {
         Twist { angular: random.vector(), linear: random.vector() }
     }
 
-    /// Bodies on springs, some of them joined: the solution of the product is the original vector.
+    /// The system is that of bodies on springs, some of which are joined. If the right side is the
+    /// product of the matrix and some twists, the solution must be these twists.
     #[test]
     fn solution_inverts_multiplication_for_any_graph() {
         let mut random = Random::new(SEED);
