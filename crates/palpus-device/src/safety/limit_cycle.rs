@@ -49,8 +49,8 @@ const PLAY: f64 = 0.05;
 /// wall with a delay of 1.5 ms has a ratio of 0.04 at 10 Hz. A limit cycle must supply the
 /// losses of the hand's damping, which are 0.07 and more.
 const DRIVEN: f64 = 0.05;
-/// Number of unexplained half cycles of a limit cycle. Each explained half cycle subtracts two. An
-/// impact rings for two or three half cycles.
+/// Number of unexplained half cycles of a limit cycle. Each explained half cycle reduces the number
+/// by two. An impact rings for two or three half cycles.
 const HALF_CYCLES: u32 = 8;
 /// Shortest duration of a limit cycle, s.
 const LEAST_TIME: f64 = 0.05;

@@ -16,10 +16,10 @@
 //! | 9 watchdog | the loop is late or has stalled | zero; a fault |
 //!
 //! A fault removes the wrench in the tick in which it is detected. Then the chain only damps the
-//! grip, with at most a tenth of the peak, along the part of the reported velocity that the poses
-//! confirm. The chain does not damp while the motion itself is implausible. The force returns only
-//! through the engagement ([`Phase`]); after three faults in ten seconds the user must also press a
-//! button or key.
+//! grip, with at most a tenth of the peak. The damping acts against the part of the reported
+//! velocity that agrees with the poses. The chain does not damp while the motion itself is
+//! implausible. The force returns only through the engagement ([`Phase`]); after three faults in
+//! ten seconds the user must also press a button or key.
 //!
 //! The commanded wrench never changes by more than the slew limit from one message to the next. So
 //! the peak falls to zero within 2 ms after a fault.
