@@ -8,11 +8,12 @@
 //!    it about these axes.
 //! 3. *SpaceMouse*: moves along and about the view's axes, with a speed that follows from the push.
 //!
-//! The first use of any of these takes the probe over from the script, at the device's pose. When
-//! the mouse releases the probe, the hand releases it too, so no force remains. A few seconds later
-//! the script takes the probe again. A probe that was moved by keys or a SpaceMouse stays in place
-//! until the user returns it to the script. The probe follows its target through springs, so
-//! obstacles stop it. The drawn spring goes from the probe to its target.
+//! When the user first uses one of these inputs, the hand takes the probe over from the script, at
+//! the device's pose. When the mouse releases the probe, the hand releases it too, so no force
+//! remains. A few seconds later the script takes the probe again. A probe that was moved by keys or
+//! a SpaceMouse stays in place until the user returns it to the script. The probe follows its
+//! target through springs, so obstacles stop it. The drawn spring goes from the probe to its
+//! target.
 
 use std::time::{Duration, Instant};
 

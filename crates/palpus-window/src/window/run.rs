@@ -70,7 +70,8 @@ pub trait Run {
     /// Tells the run in every frame whether the key for force is held.
     fn hold(&mut self, held: bool);
 
-    /// Returns the message about a probe that started inside the part, if it did.
+    /// Returns the message about a probe that started inside the part. `None` if it did not start
+    /// inside.
     fn start(&self) -> Option<String>;
 
     /// Returns the condition for the force to begin, if it is known.

@@ -1089,8 +1089,8 @@ pub const LENS_STEPS: usize = 15;
 /// surface.
 pub const LENS_CENTERING: usize = 6;
 
-/// Number of likely obstacles that are tested before all obstacles are. This value affects only
-/// speed.
+/// Number of likely obstacles that a query tests before it tests all obstacles. This value affects
+/// only speed.
 pub const DEPTH_TRIES: usize = 24;
 
 /// Number of obstacles that blocked the latest translations and are tested before all others. This

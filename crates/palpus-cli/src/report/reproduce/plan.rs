@@ -116,7 +116,7 @@ impl Wanted<'_> {
         self.out.join("data").join(id)
     }
 
-    /// Returns a step that must succeed, and that is quick if all are.
+    /// Returns a step that must succeed. It is quick if the whole reproduction is quick.
     fn step(&self, id: &'static str, what: &'static str, about: f64, command: Result<Invocation, String>) -> Step {
         Step { id, what, about, command, is_quick: self.quick, may_fail: false }
     }
