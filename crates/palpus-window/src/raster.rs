@@ -262,7 +262,7 @@ impl Layer {
 /// than this share in total: half a percent of the distance to the camera.
 const OUTLINE_FALL: f32 = 0.005;
 
-/// A triangle in samples.
+/// A triangle in the coordinates of the samples.
 struct Flat {
     x: [f64; 3],
     y: [f64; 3],

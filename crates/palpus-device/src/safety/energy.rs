@@ -31,8 +31,8 @@
 //! such contact gives no more energy than it takes ([`ContactAccount`]).
 //!
 //! Differences from HR02: the account uses the wrench that acted, with its delay, instead of the
-//! commanded wrench. Step 3 has two bounds. A small excess is allowed, since sensed positions have
-//! steps.
+//! commanded wrench. Step 3 bounds the energy and the force that it takes back. A small excess is
+//! allowed, since sensed positions have steps.
 
 use glam::DVec3;
 use palpus::algebra::{Twist, Wrench};
