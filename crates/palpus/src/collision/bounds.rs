@@ -39,8 +39,8 @@ pub(crate) fn box_gap(a: &OrientedBox, b: &OrientedBox, pose_ba: &Placement, eno
     if widest > enough {
         return widest;
     }
-    // Separating axes: the cross products of nine edge pairs. They are not unit, so the gap is
-    // divided by the axis's length.
+    // Separating axes: the cross products of the nine pairs of edges. They are not unit, so the gap
+    // is divided by the axis's length.
     for (k, (axis_a, absolute_a)) in
         [(r.x_axis, absolute.x_axis), (r.y_axis, absolute.y_axis), (r.z_axis, absolute.z_axis)].into_iter().enumerate()
     {
