@@ -1,4 +1,4 @@
-"""`palpus bench feel`: every measure of palpus's methods on every scene in every hand."""
+"""`palpus bench feel`: every measure of our methods, on every scene and with every hand model."""
 import json
 
 from judging.page import EXACT, Resolution, Row, Table

@@ -150,8 +150,8 @@ mod tests {
                     "seed {SEED:#x}, round {round}"
                 );
             }
-            // A voxel must not be met if its circumscribed sphere misses the triangle. It must be
-            // met if its inscribed sphere touches the triangle.
+            // The triangle does not meet a voxel if it misses the voxel's circumscribed sphere. It
+            // meets the voxel if it touches the voxel's inscribed sphere.
             for (voxel, &met) in met.iter().enumerate() {
                 let center = grid.center(voxel);
                 let distance = closest_on_triangle(center, p, q, r).distance(center);

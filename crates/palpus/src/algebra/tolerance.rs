@@ -888,8 +888,8 @@ pub const PROOF_ROUNDING: f64 = 1e-13;
 /// Relative to the pair's size: smallest wanted height of a corner of a proof's first tetrahedron.
 /// If a support point is lower, the support point in the opposite direction is tried too.
 ///
-/// The value affects only the shape of the first tetrahedron. Additional support queries cost more
-/// than a flat tetrahedron does.
+/// The value affects only the shape of the first tetrahedron. A proof that begins with a flat
+/// tetrahedron costs less than additional support queries.
 pub const PROOF_BEGIN: f64 = 0.01;
 
 /// Largest number of corners of an inner surface. Proofs for ellipsoids of 100 vertices take 20 to

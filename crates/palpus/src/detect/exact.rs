@@ -193,7 +193,7 @@ impl Ball {
         self.middle.distance(other.middle) - self.radius - other.radius
     }
 
-    /// Returns the gap of the shadows of two balls along a unit vector.
+    /// Returns the gap between two balls that are projected along a unit vector.
     fn gap_beside(&self, other: &Self, along: DVec3) -> f64 {
         let apart = other.middle - self.middle;
         (apart - along * along.dot(apart)).length() - self.radius - other.radius

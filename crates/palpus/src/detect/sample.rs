@@ -34,8 +34,8 @@ pub(super) struct Sample {
     /// Rank of each piece of one body, 0 to 1.
     ranks: Arc<[f32]>,
     of_a: bool,
-    /// Pieces with a rank below this belong to the sample. With [`Self::ALL`], all pieces do, with
-    /// full weight.
+    /// Pieces with a rank below this belong to the sample. With [`Self::ALL`], all pieces belong to
+    /// it and have full weight.
     share: f64,
     /// The contacts of the sample, as of the last query.
     loads: Loads,
