@@ -65,7 +65,7 @@ MEASURES = {
 # The search halves the interval of an octave twice (in quick runs not at all), for one hand and
 # several dampings.
 SEARCHED = ("more", Resolution(0.0, 0.19))
-# For a measure that is missing in this table.
+# The direction and the resolution of a measure that is missing in this table.
 UNKNOWN = ("same", Resolution(0.0, 0.02))
 
 

@@ -64,8 +64,8 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
     Ok(Curve { times, wrenches: played.wrenches })
 }
 
-/// Returns the parameters of the methods. Friction is as in the scene. In scenes with a known truth
-/// it is off, because the truth has no friction.
+/// Returns the parameters of the methods. Friction is as in the scene, but is off in scenes with a
+/// known truth, because the truth has no friction.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
     Tuning { friction: ground.truth.is_none() && ground.refined.is_none(), ..Tuning::of(ground) }
 }
