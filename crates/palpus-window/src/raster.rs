@@ -258,8 +258,8 @@ impl Layer {
     }
 }
 
-/// An outline is drawn at a sample if the nearness falls from it towards its two neighbours by more
-/// than this share in total: half a percent of the distance to the camera.
+/// An outline is drawn at a sample if the nearness falls towards its two neighbours by more than
+/// this share in total: half a percent of the distance to the camera.
 const OUTLINE_FALL: f32 = 0.005;
 
 /// A triangle in the coordinates of the samples.

@@ -1,8 +1,8 @@
 //! Distances between bodies of very different size, compared with all pairs of triangles.
 //!
 //! The bodies are turned, so their coordinates are not round. Three properties of their surfaces
-//! make the pieces differ from the mesh: vertices lie off their plane by 1e-9 to 1e-7 of the size,
-//! coordinates are rounded to a decimal grid, and facets are coplanar except for a tiny bend.
+//! make the pieces differ from the mesh. Vertices lie off their plane by 1e-9 to 1e-7 of the size.
+//! Coordinates are rounded to a decimal grid. Facets are coplanar except for a tiny bend.
 
 use std::sync::Arc;
 

@@ -10,8 +10,8 @@
 //!   and two contacts become one, relative to the mean force.
 //! * *Truth*, for scenes with a known truth ([`super::truth`]).
 //! * *Pop-through*: an episode in which the bodies overlap by more than a tenth of a millimetre,
-//!   and the force is less than a tenth of the expected force (or the torque less than a tenth of
-//!   the expected force times the reach).
+//!   and too little is felt: the sum of the force and of the torque divided by the reach is less
+//!   than a tenth of the expected force.
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
