@@ -45,7 +45,7 @@ impl Machine {
         }
     }
 
-    /// Returns names and values, for people.
+    /// Returns the names and values as text for the report.
     pub(super) fn lines(&self) -> [(&'static str, String); 4] {
         let unknown = || "not known here".to_owned();
         let of = |value: &Option<String>| value.clone().unwrap_or_else(unknown);
