@@ -126,7 +126,7 @@ pub struct ServoRecord {
     /// Time since the start of the previous tick, in seconds, as used by the safety chain.
     pub elapsed_s: f64,
     /// Phase of the engagement after the tick: 0 idle, 1 waiting, 2 ramping, 3 engaged, 4 faulted,
-    /// 5 stopped.
+    /// 5 stopped, 6 latched.
     pub phase: u32,
     /// True if the engine's step returned a result. False if the step panicked, and while the loop
     /// only damps the grip after a panic or a fault. In these ticks the engine's columns have no

@@ -11,7 +11,7 @@
 //!
 //! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`.
 //! In this frame, `f32` is precise enough.
-#![allow(unsafe_code)] // This file and `shader` talk to the graphics library; every call is glow's, on the thread that owns the context.
+#![allow(unsafe_code)] // Calls of the graphics library (glow), on the thread that owns the context.
 
 mod drawing;
 
