@@ -6,8 +6,8 @@
  *   palpus run --device bridge:/tmp/palpus.sock
  *
  * To drive your own device, replace `sense_and_push`. The rest is the protocol of docs/bridge.md. Test your
- * driver with `palpus devices --conformance ADDRESS`. It runs on Linux and other POSIX systems; only Linux
- * has Unix sockets of type SOCK_SEQPACKET.
+ * driver with `palpus devices --conformance ADDRESS`. This program runs on Linux and other POSIX systems;
+ * only Linux has Unix sockets of type SOCK_SEQPACKET.
  */
 #define _DEFAULT_SOURCE
 #include <arpa/inet.h>

@@ -201,8 +201,9 @@ impl Ball {
 }
 
 /// Returns the unit normal of the closest points of two triangles, which are `apart`. Rounding
-/// tilts the line between near points. The normal of a triangle, or the direction across two edges,
-/// is exact. It is taken if it is parallel to the line within the rounding of the points.
+/// tilts the line between near points. The normal of a triangle and the direction across two edges
+/// are exact. Such a direction is returned if it is parallel to the line within the rounding of the
+/// points.
 fn normal_between(s: &[DVec3; 3], t: &[DVec3; 3], apart: DVec3, known: DVec3) -> DVec3 {
     let largest = s.iter().chain(t).map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let rounding = MARCH_NOISE * largest;
