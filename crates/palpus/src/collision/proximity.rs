@@ -54,7 +54,7 @@ pub enum StopReason {
 /// The result of a distance query, and the start of the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct March {
-    /// Whether the polytopes are apart or overlap; vectors are in b's frame.
+    /// The distance and the closest points, or an overlap; vectors are in b's frame.
     pub proximity: Proximity,
     /// Features from which the next search starts.
     pub features: FeaturePair,

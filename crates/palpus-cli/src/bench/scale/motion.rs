@@ -30,7 +30,7 @@ pub(super) enum Motion {
         pitch: f64,
         /// Largest displacement across the axis, m.
         sway: f64,
-        /// Largest displacement along the axis to each side, besides the screw's, m.
+        /// Largest displacement along the axis to each side, in addition to the advance, m.
         lift: f64,
     },
 }
