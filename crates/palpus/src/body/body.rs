@@ -168,7 +168,8 @@ impl Body {
         let noise = Surface::new(&mesh, &half_edges, step, flatness).noise();
         let of_pieces = || {
             let admissible = Admissible::new(&mesh, &half_edges, &polytopes, &pieces, noise, workers);
-            // Coarser pieces are the surface that is felt: they need no correction.
+            // With a larger flatness, the surface of the pieces is the surface that is felt, so
+            // distances need no correction.
             let deviations = match flatness <= BodySettings::EXACT {
                 true => Deviations::new(&mesh, &polytopes, &pieces, noise, workers),
                 false => Deviations::none(pieces.len()),

@@ -8,8 +8,8 @@
 //! 1. The search over the pieces returns all pairs whose distance exceeds the least one by at most
 //!    the largest deviations of both bodies ([`slack`]). One of these pairs has the nearest
 //!    triangles.
-//! 2. If neither piece of a pair has a deviation, its faces are the triangles, and its distance
-//!    stays.
+//! 2. If neither piece of a pair has a deviation, the faces of both are the triangles, and the
+//!    distance of the pair stays.
 //! 3. Otherwise all triangles that can be nearest lie beside the closest points, in a thin slab
 //!    perpendicular to their normal. The trees over the triangles find these triangles.
 //! 4. The closest points of the nearest pair of triangles replace those of the pieces. The normal
@@ -96,8 +96,8 @@ fn nearest_triangles(placed: &Placed<'_>, contact: &Contact, deviation: f64, lim
     let piece_a = &placed.a.polytopes()[contact.piece_a as usize];
     let piece_b = &placed.b.polytopes()[contact.piece_b as usize];
     let (tree_a, tree_b) = (placed.a.tree(), placed.b.tree());
-    // On each body, a point of such a pair lies below the piece's closest point by at most the
-    // deviations and the surplus of its distance over that of the pieces.
+    // On each body, a point of such a pair of triangles lies below the piece's closest point by at
+    // most the deviation plus the excess of the triangles' distance over the pieces' distance.
     let surplus = 2.0 * deviation;
     let slab_a = Slab::new(place.inverse_vector(-normal), place.inverse_point(point_a), surplus + deviation);
     let slab_b = Slab::new(normal, point_b, surplus + deviation);
