@@ -187,7 +187,7 @@ pub struct Axes {
     pub translation: u8,
     /// Rotational axes, 0 to 3.
     pub rotation: u8,
-    /// Grippers, 0 or 1. Palpus does not drive grippers.
+    /// Grippers, 0 or 1. Grippers are not driven.
     pub gripper: u8,
 }
 
