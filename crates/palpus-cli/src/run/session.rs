@@ -5,7 +5,7 @@
 //! servo thread wait.
 //!
 //! **Recordings.** A recording that begins with the run can be replayed bit for bit, including
-//! changes of settings. A recording that begins later cannot be replayed so, because it lacks the
+//! changes of settings. A recording that begins later cannot be replayed, because it lacks the
 //! state of engine, tool, friction and safety chain at its first tick. To reset this state would
 //! release friction, move the tool to the device (even behind a wall) and ramp the force again,
 //! which the user would feel. A recording that begins later keeps the run's tick numbers, by which
