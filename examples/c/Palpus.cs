@@ -1,5 +1,5 @@
 // palpus for C#: the part of include/palpus.h that a haptic loop needs. Works in Unity unchanged, together with
-// the native library. docs/c.md describes it.
+// the native library. docs/c.md explains how to use this file.
 using System;
 using System.Runtime.InteropServices;
 using System.Text;

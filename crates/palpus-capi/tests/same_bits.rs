@@ -107,7 +107,7 @@ fn steps_match_rust_and_allocate_nothing() {
         ok(world_of::palpus_world_add_free(world_c, cube.1, &beside.into(), 0.02, &mut free_c));
         ok(world_of::palpus_world_add_tool(world_c, finger.1, &settings_c, &mut tool_c));
     }
-    // The world keeps a body alive after it is destroyed.
+    // The world keeps a body alive after the body's handle is destroyed.
     ok(palpus_body_destroy(finger.1));
     for k in 0..2000 {
         let pose = wiggle(k);

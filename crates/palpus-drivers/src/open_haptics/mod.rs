@@ -154,7 +154,7 @@ pub struct OpenHaptics {
     commands: Publisher<Command>,
     samples: Newest<Sample>,
     scheduled: Option<Scheduled<Touch>>,
-    /// Number of the last interruption of the wrench that was reported.
+    /// Number of the last gap that was reported to the loop; [`servant`] describes gaps.
     gap: u64,
     /// Number of turns with an outdated wrench, up to the last write.
     stale: u64,
