@@ -102,7 +102,8 @@ class Proxy:
 
 
 def least(rows, bounds):
-    """Returns the shortest x with rows x ≥ bounds [Lawson, Hanson 1974, 23], or zero if there is none."""
+    """Returns the shortest x with rows x ≥ bounds [Lawson, Hanson 1974, 23], or zero without a
+    solution."""
     if (bounds <= 0.0).all():
         return np.zeros(6)
     unit = max(np.abs(bounds).max(), 1e-9)

@@ -16,7 +16,9 @@ use crate::result::{Fault, palpus_result};
 const FIRST_CHUNK: u32 = 6;
 /// Number of chunks in a table. There are more places than values that fit in memory.
 const CHUNKS: usize = 24;
+/// Bits of a handle for the place.
 const PLACE_BITS: u32 = 32;
+/// Bits of a handle for the number of earlier uses of the place.
 const GENERATION_BITS: u32 = 28;
 const MOST_GENERATIONS: u32 = (1 << GENERATION_BITS) - 1;
 

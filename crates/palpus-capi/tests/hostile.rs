@@ -146,7 +146,7 @@ impl Host {
                 let (mut body, count) = (palpus_body::default(), [0, 3, 4, 8, 12, usize::MAX][self.below(6)]);
                 let (from, to) = (self.pointer(points.as_flattened().as_ptr()), self.place(&mut body));
                 // SAFETY: each pointer is null or points to as many values as the count says. A
-                // count that exceeds the memory is rejected before anything is read.
+                // count larger than the memory is rejected before anything is read.
                 let result = unsafe { palpus_body_from_convex(from, count, to) };
                 self.keep(result, body.id, BODIES)
             }
@@ -164,7 +164,7 @@ impl Host {
                     (self.pointer(vertices.as_flattened().as_ptr()), self.pointer(faces.as_flattened().as_ptr()));
                 let (settings, to) = (self.pointer(&settings), self.place(&mut body));
                 // SAFETY: each pointer is null or points to as many values as the counts say.
-                // Counts that exceed the memory are rejected.
+                // Counts larger than the memory are rejected.
                 let result = unsafe { palpus_body_from_triangles(from, counts[0], corners, counts[1], settings, to) };
                 self.keep(result, body.id, BODIES)
             }
@@ -255,7 +255,7 @@ impl Host {
         let to: *mut palpus_contact = if self.chance(0.02) { null_mut() } else { self.contacts.as_mut_ptr() };
         let count = self.place(&mut count);
         // SAFETY: each pointer is null or points to values or to memory for results. A capacity
-        // that exceeds the memory is rejected.
+        // larger than the memory is rejected.
         unsafe {
             match self.below(22) {
                 0 => palpus_query_contacts(query, pose, to, room, count),
@@ -292,7 +292,7 @@ impl Host {
         let (count, dt) = ([0, 1, 1, 1, 2, 3, usize::MAX][self.below(7)], self.number(1e-3));
         let from = self.pointer(probes.as_ptr());
         // SAFETY: each pointer is null or points to as many values as the count says. A count
-        // that exceeds the memory is rejected.
+        // larger than the memory is rejected.
         let result = unsafe { palpus_world_step(world, from, wrenches.as_mut_ptr(), count, dt) };
         let written =
             wrenches.iter().take(if count > 3 { 0 } else { count }).flat_map(|wrench| [wrench.force, wrench.torque]);

@@ -257,9 +257,9 @@ fn way_out(contacts: &[TrueContact]) -> DVec3 {
 }
 
 /// Returns the contacts of corners of `own` with faces of `other`, each with its normal from
-/// `other` to `own`. `joins` gets the middle of two points, and whether they overlap. `joins`
-/// returns true if there is material at the middle of overlapping points, or air at the middle of
-/// separate points.
+/// `other` to `own`. `joins` gets the middle of the two points of a contact, and true if the
+/// contact is an overlap. `joins` returns true if there is material at the middle of an overlap, or
+/// air at the middle of a gap.
 fn corners_on_faces(
     own: Side<'_>,
     other: Side<'_>,

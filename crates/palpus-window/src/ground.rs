@@ -1,7 +1,7 @@
 //! The ground below a scene: a plane with a grid, and the soft shadow of the bodies on it.
 //!
-//! The ground is only drawn; bodies do not touch it. The shadow is the shadow of a large lamp
-//! overhead:
+//! The ground is only drawn; bodies do not touch it. The shadow is like the shadow below a large
+//! lamp overhead:
 //!
 //! 1. Each triangle is projected straight down into a map of the ground. A cell keeps the strongest
 //!    shade of all triangles. The shade becomes weaker with the height of the triangle.

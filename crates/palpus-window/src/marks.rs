@@ -24,6 +24,7 @@ const SHAFT_RADIUS: f64 = 2.2;
 const CLUSTER_SHAFT_RADIUS: f64 = 1.6;
 /// Length of an arrow of the largest shown force; larger forces do not have longer arrows.
 const LONGEST_ARROW: f64 = 150.0;
+/// Radius of the turning arrow of the largest shown torque, pixels.
 const TURNING_CIRCLE: f64 = 42.0;
 /// The smallest turning arrow, relative to the largest.
 const LEAST_TURN: f64 = 0.35;

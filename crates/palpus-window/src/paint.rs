@@ -46,7 +46,9 @@ pub(crate) const HIDDEN: f32 = 0.38;
 /// A mark counts as in front of a surface if its depth times this value is less than the depth of
 /// the surface. Contacts lie between two surfaces, so they would otherwise be hidden.
 const BEFORE: f32 = 0.997;
+/// Opacity of the outlines of bodies.
 const OUTLINE_STRENGTH: f64 = 0.6;
+/// Opacity of the edges of the mesh.
 const WIRE_STRENGTH: f64 = 0.55;
 /// Opacity of a translucent body seen along its normal, and at a grazing angle.
 pub(crate) const COVER_SQUARE: f64 = 0.27;

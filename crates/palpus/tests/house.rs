@@ -7,9 +7,8 @@
 //! 3. A crate imports another crate only if the drawing in ARCHITECTURE.md has an arrow between the
 //!    two.
 //!
-//! A file imports the targets of all paths in it, both in `use` and in code. A `pub use` does not
-//! count as an import. A path through a `pub use` counts as an import of the file that defines the
-//! item.
+//! Every path in a file counts as an import, in `use` and in code. A `pub use` does not count as an
+//! import. A path through a `pub use` counts as an import of the file that defines the item.
 
 mod house {
     pub(crate) mod circles;

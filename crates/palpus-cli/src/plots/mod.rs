@@ -38,8 +38,8 @@ pub(crate) enum Drawn {
     Lines,
     /// Curves that are thicker within the shaded intervals (the paper's Figure 6).
     ThickInBands,
-    /// A [`histogram`]: x are the middles of its bins, y the numbers of samples on a logarithmic
-    /// scale.
+    /// A [`histogram`]: x are the middles of its bins, and y are the numbers of samples on a
+    /// logarithmic scale.
     Bars,
 }
 

@@ -21,7 +21,7 @@ use crate::{files, output};
 /// Header key under which a part names its recording and its number.
 const SECTION: &str = "part";
 
-/// Later parts that are kept.
+/// Number of later parts that are kept.
 const KEPT: usize = 2;
 
 /// Messages of the writer while it writes.

@@ -7,6 +7,7 @@ const PARTS: u64 = 64;
 const PARTS_LOG: u32 = 6;
 /// log₂ of the longest duration with a bucket of its own, ns: 17 s.
 const LONGEST_LOG: u32 = 34;
+/// Number of buckets.
 const COUNT: usize = (PARTS * (LONGEST_LOG - PARTS_LOG + 1) as u64) as usize;
 
 /// Number of durations in each bucket.

@@ -19,6 +19,7 @@ const SLIDER: f32 = 84.0;
 const CAPTION: f32 = 84.0;
 /// Default crease angle, degrees, and default coefficients.
 const USUAL_CREASE: f64 = 40.0;
+/// Default largest angle by which shading turns a force, degrees.
 const MOST_TURN: f64 = 45.0;
 const USUAL_FRICTION: (f64, f64) = (0.4, 0.3);
 

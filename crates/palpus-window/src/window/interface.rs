@@ -33,10 +33,12 @@ const SIDE: f32 = 340.0;
 const STATE: f32 = 28.0;
 /// Windows narrower than this show the panel at the right only on request.
 const ROOMY: f32 = 900.0;
+/// Height of the plots, points.
 const PLOTS: f32 = 176.0;
 /// In windows lower than this, the plots are lower too, so that the scene keeps its space.
 const LOW: f32 = 760.0;
 const LOW_PLOTS: f32 = 132.0;
+/// Margin of the panel at the right, points.
 const SIDE_MARGIN: i8 = 14;
 
 /// The state of the window.

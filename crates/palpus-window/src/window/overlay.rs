@@ -24,9 +24,11 @@ const LETTERS: f32 = 14.5;
 /// Smallest picture with a legend: its height in lines, and its width beside the legend in points.
 const LEAST_LINES: f32 = 10.0;
 const LEAST_WIDTH: f32 = 460.0;
+/// Width of the progress bar, points.
 const PROGRESS: f32 = 420.0;
 /// Height below which a picture has smaller notices, so that the scene stays visible, points.
 const LOW: f32 = 360.0;
+/// Shortest arrow, points.
 const LEAST_ARROW: f32 = 36.0;
 
 /// Messages from any thread.

@@ -18,6 +18,7 @@ const BODY: f32 = 15.5;
 const HEADING: f32 = 18.0;
 /// Size of text that is legible from a distance.
 const LARGE: f32 = 27.0;
+/// Radius of the corners of controls, points.
 const ROUND: u8 = 5;
 
 /// The colours of panels and controls in a theme.

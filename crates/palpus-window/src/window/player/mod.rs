@@ -37,6 +37,7 @@ const SIDE: f32 = 270.0;
 const CURVES: f32 = 300.0;
 /// Playback speeds.
 const SPEEDS: [f64; 9] = [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
+/// Index of the speed at which the recording was made.
 const AS_IT_WAS: usize = 5;
 /// Interval at which the window polls the progress of the replay.
 const LOOK: Duration = Duration::from_millis(150);

@@ -54,6 +54,7 @@ const LABEL: f32 = 108.0;
 const LOW: f32 = 30.0;
 const GAP: f32 = 3.0;
 const WORDS: f32 = 11.5;
+/// Smallest upper end of the range of a strip, in the unit of its values.
 const LEAST_RANGE: f64 = 1e-9;
 
 impl Timeline {

@@ -40,8 +40,8 @@ impl Free {
         }
     }
 
-    /// Returns the matrix and right side of a step of `h` s without contacts. The unknown is the
-    /// velocity at the end of the step.
+    /// Returns the matrix and right-hand side of a step of `h` s without contacts. The unknown is
+    /// the velocity at the end of the step.
     pub(super) fn begin(&self, pose: &Pose, gravity: DVec3, h: f64) -> (SpatialMatrix, Wrench) {
         let weight = Wrench { torque: DVec3::ZERO, force: gravity * (self.mass * h) };
         (SpatialMatrix::of_body(self.mass, self.inertia_at(pose)), self.momentum + weight)

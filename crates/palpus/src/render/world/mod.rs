@@ -35,10 +35,10 @@
 //! 3. *Query* and *force*: compute contacts and forces separately for each pair of near bodies
 //!    (`pair.rs`).
 //! 4. *Step*: one implicit step moves each group of touching bodies (`solve.rs`). The step is
-//!    linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right side of body i
-//!    alone (a tool's coupling, a free body's mass and weight). K and l are the matrix and the
-//!    right side of the contacts between i and j, about i's centre of mass. T converts j's velocity
-//!    into the velocity of j's point at i's centre of mass:
+//!    linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right-hand side of
+//!    body i alone (a tool's coupling, a free body's mass and weight). K and l are the matrix and
+//!    the right-hand side of the contacts between i and j, about i's centre of mass. T converts j's
+//!    velocity into the velocity of j's point at i's centre of mass:
 //!
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
