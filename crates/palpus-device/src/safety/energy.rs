@@ -236,9 +236,10 @@ impl EnergyAccount {
         }
     }
 
-    /// Steps 3 and 4: returns the share to take back of `payable`, the largest power (W) that both
-    /// kinds of motion can pay. `power` is the power of the computed wrench, W. `released` is true
-    /// if the computed wrench is near zero. `dt` is the duration of the coming tick, s.
+    /// Steps 3 and 4: returns the share to take back of `payable`, the largest power (W) that can
+    /// be taken from both kinds of motion. `power` is the power of the computed wrench, W.
+    /// `released` is true if the computed wrench is near zero. `dt` is the duration of the coming
+    /// tick, s.
     fn share_taken(&self, payable: f64, power: f64, released: bool, dt: f64) -> f64 {
         let (excess, payable, dt) = match self.onset {
             None => (self.given - self.allowance, payable, dt),

@@ -1,8 +1,9 @@
 //! Thermal limit between peak and continuous rating (I²t).
 //!
 //! Motors can hold their peak for seconds and their continuous rating without limit. The heat is
-//! proportional to the square of the current, and the current to the force. The temperature of a
-//! winding follows this square like a first-order low-pass with the thermal time constant τ:
+//! proportional to the square of the current, and the current is proportional to the force. The
+//! temperature of a winding follows this square like a first-order low-pass with the thermal time
+//! constant τ:
 //!
 //! h' = (F² − h) / τ, where h must stay at or below F_continuous².
 //!

@@ -1,4 +1,4 @@
-//! The public face of contact determination: two bodies, and their contacts at any pose.
+//! The public interface of contact determination: two bodies, and their contacts at any pose.
 
 use std::sync::Arc;
 
