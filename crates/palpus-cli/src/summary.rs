@@ -138,7 +138,7 @@ pub(crate) struct Gatherer {
     trouble: Trouble,
 }
 
-/// Durations up to 10 s, to three digits.
+/// Longest stored duration, ns: 10 s.
 const LONGEST_NS: u64 = 10_000_000_000;
 
 /// Below this share of the requested rate, the loop did not hold its rate.

@@ -39,7 +39,7 @@ use crate::sheet::{Sheet, WORD_SIZE};
 use crate::solid::Solid;
 use crate::style::{Style, Theme, encoded, linear};
 
-/// Samples along each side of a pixel.
+/// Number of samples along each side of a pixel.
 const FINENESS: usize = 2;
 /// Arcs are drawn in straight parts of at most this angle, rad.
 const ARC_PART: f64 = 0.05;

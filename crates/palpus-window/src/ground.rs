@@ -22,7 +22,7 @@ const SHADOW_REACH: f64 = 0.85;
 const BELOW: f64 = 0.015;
 /// Height at which the shade is weaker by a factor of e, relative to the scene's size.
 const FADE: f64 = 0.45;
-/// Cells along each side of the shadow's map, and radius of the blur in cells.
+/// Number of cells along each side of the shadow's map, and radius of the blur in cells.
 const SIDE: usize = 72;
 const BLUR: usize = 2;
 

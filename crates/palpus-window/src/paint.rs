@@ -30,7 +30,7 @@ use crate::xray::XRay;
 pub(crate) use words::round_length;
 use words::{WORD_SIZE, words};
 
-/// Samples along each side of a pixel.
+/// Number of samples along each side of a pixel.
 const FINENESS: usize = 2;
 /// Width of the lines of a wireframe, pixels.
 const WIRE_WIDTH: f64 = 0.7;

@@ -16,7 +16,7 @@ const SEED: u64 = 0x5AFE_D157;
 /// Relative to the size of the smaller body: the largest error of a distance.
 const BOUND: f64 = 1e-9;
 
-/// Pairs of bodies, and poses of each pair.
+/// Number of pairs of bodies, and number of poses of each pair.
 const PAIRS: usize = 18;
 const POSES: usize = 12;
 
@@ -82,7 +82,7 @@ impl Worst {
     }
 }
 
-/// Kinds of bodies.
+/// Number of kinds of bodies.
 const KINDS: usize = 6;
 
 /// Returns a body of about this size, in its own frame, and its name.

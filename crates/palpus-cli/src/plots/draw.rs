@@ -34,8 +34,8 @@ const LETTER: f64 = 6.7;
 const SWATCH: f64 = 18.0;
 /// Curves with at most this many points are drawn without thinning.
 const FEW_POINTS: usize = 20;
-/// Columns of a long curve: about one for each pixel of a phone. Each column shows its smallest and
-/// its largest value.
+/// Number of columns of a long curve: about one for each pixel of a phone. Each column shows its
+/// smallest and its largest value.
 const BINS: usize = 400;
 /// Smallest visible width of a band, pixels.
 const LEAST_BAND: f64 = 0.75;

@@ -98,7 +98,7 @@ pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64
     bands
 }
 
-/// Bins of a histogram.
+/// Number of bins of a histogram.
 const BINS: usize = 60;
 
 /// Values more than this many powers of ten below the largest value count as rounding errors.

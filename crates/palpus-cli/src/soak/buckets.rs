@@ -1,7 +1,7 @@
 //! A histogram of durations in preallocated buckets: 64 buckets for each octave, so that each
 //! duration is known to 1.6 %.
 
-/// Buckets of an octave.
+/// Number of buckets of an octave.
 const PARTS: u64 = 64;
 /// Base-2 logarithm of the number of buckets in an octave.
 const PARTS_LOG: u32 = 6;

@@ -685,9 +685,9 @@ pub const REST_GROWTH: f64 = 4.0;
 /// Up to this number of touching pairs, each pair is measured. If more pairs touch, a sample of
 /// about this size represents all pairs.
 ///
-/// If all contacts push in the same direction, the wrench of an even sample of n contacts has a
-/// relative error of about 1/√n times the relative spread of the engagements. A larger value costs
-/// time on close-fitting bodies.
+/// For contacts that all push in the same direction, the relative error of the wrench of an even
+/// sample of n contacts is about s/√n. Here s is the relative spread of the depths at which the
+/// contacts press. A larger value costs time on close-fitting bodies.
 pub const SAMPLE_PAIRS: f64 = 160.0;
 
 /// The contacts in the last part of the sample have smaller weights. This value is the size of that
@@ -1032,7 +1032,7 @@ pub const PORTAL_STEPS: usize = 64;
 /// Relative to the smaller body's size: default gap between the lower and upper bound of a depth.
 pub const DEPTH_GAP: f64 = 0.01;
 
-/// Default limit of the evaluations for one depth. So many evaluations take about a second.
+/// Default limit of the evaluations for one depth. This number of evaluations takes about a second.
 pub const DEPTH_BUDGET: u64 = 400_000;
 
 /// Relative to the smaller body's size: the clearance that a free translation leaves between the
@@ -1456,7 +1456,7 @@ pub const BOX_SPARE: f64 = 0.25;
 
 /// m/s: the speed of a tool is limited to this, even if the device reports a higher speed.
 ///
-/// A thrown tool is slower. The limit bounds the tolerance of the query.
+/// Even a thrown tool is slower. The limit bounds the tolerance of the query.
 pub const TOOL_FASTEST: f64 = 5.0;
 
 /// Largest number of times that a tool's step is solved to find which contacts press and which

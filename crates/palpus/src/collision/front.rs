@@ -95,7 +95,8 @@ pub struct Front {
     /// Places from this index on have never been used.
     fresh: u32,
     stack: Vec<u32>,
-    /// Tolerance of the last query, model units. `pace` is about how far the bodies move in a tick.
+    /// Tolerance of the last query, and the approximate motion of the bodies in a tick; model
+    /// units.
     tolerance: f64,
     pace: f64,
     /// A motion longer than this is a jump, model units.

@@ -68,7 +68,7 @@ pub(super) struct Ground {
 /// The true contacts at one of the judged poses; `None` if the two searches disagree.
 pub(super) type RefinedPose = Option<Vec<TrueContact>>;
 
-/// Ticks between two measurements of the overlap.
+/// Number of ticks between two measurements of the overlap.
 pub(super) const JUDGED: usize = 5;
 /// Latest beginning of the script, as a share of the time that the script leaves out.
 const LATER: f64 = 0.7;

@@ -72,7 +72,7 @@ pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
     ("coal-lucy-embryo", "lucy-embryo", [2000, 200], 90.0),
 ];
 
-/// Ticks of the first of [`PAIRS`], for palpus and for Coal, in a quick reproduction.
+/// Numbers of ticks of the first of [`PAIRS`], for palpus and for Coal, in a quick reproduction.
 const QUICK_PAIR: [u32; 2] = [4000, 500];
 
 /// The steps of [`plan`], in their order.

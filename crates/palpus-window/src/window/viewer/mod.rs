@@ -42,7 +42,7 @@ use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section
 /// Lengths, points.
 const SIDE: f32 = 330.0;
 const GAUSS: f32 = 270.0;
-/// Pixels of a point in pictures.
+/// Number of pixels per point in pictures.
 const SHARPNESS: f32 = 1.5;
 /// Spread of the pieces that the key sets.
 const APART: f64 = 0.6;

@@ -14,7 +14,7 @@ use crate::section_panel::{SectionOf, Shown, paint_section_panel};
 use crate::style::Theme;
 use crate::window::background::{Background, JobState};
 
-/// Samples along the longer side of a section: first few, then more.
+/// Numbers of samples along the longer side of a section: first few samples, then more.
 const FINENESSES: [usize; 3] = [48, 120, 280];
 
 /// Identifies a Gauss map.

@@ -78,9 +78,9 @@ impl Front {
         self.rests_from = self.motion_bound.sum() + 1;
     }
 
-    /// Returns two numbers of pairs of pieces that the last query did not visit, although they were
-    /// within the tolerance at their last visit: the pairs that were skipped because the quota was
-    /// spent, and all these pairs.
+    /// Returns two counts of the pairs of pieces that were within the tolerance at their last
+    /// visit, but that the last query did not visit. The first is the count of the pairs that were
+    /// skipped because the quota was spent. The second is the count of all these pairs.
     pub(crate) fn unvisited(&self) -> [usize; 2] {
         [self.late, self.unvisited]
     }

@@ -96,7 +96,8 @@ const fn shaft(name: &'static str, probe: &'static str, x: f64) -> Fit {
 }
 
 const DIRECTIONS: usize = 8;
-/// Ticks of the motion outward, the stay, the motion back, and the stay in the middle.
+/// Numbers of ticks: of the motion outward (and back), of the stay outside, and of the stay in the
+/// middle.
 const OUT: usize = 300;
 const HOLD: usize = 100;
 const REST: usize = 50;
