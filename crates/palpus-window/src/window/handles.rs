@@ -21,8 +21,8 @@ const REACH: f32 = 7.0;
 const BEGIN: f64 = 0.18;
 const RING: f64 = 0.72;
 const RING_POINTS: u32 = 48;
-/// An arrow that is shorter on the screen (points) cannot be dragged: it points at the camera, and
-/// a small drag would move the probe far.
+/// An arrow that is shorter than this on the screen (points) cannot be dragged. It points at the
+/// camera, and a small drag would move the probe far.
 const LEAST_SEEN: f32 = 14.0;
 const LETTERS: f32 = 13.0;
 
