@@ -62,10 +62,10 @@ MEASURES = {
     "worst hum torque": ("less", Resolution(1e-4, 0.05)),
     "true overlap": ("less", Resolution(1e-6, 0.05)),
 }
-# For measures that a search finds. The search halves the interval of an octave twice (in quick runs
+# Direction and resolution of a value that a search finds. The search halves the interval of an octave twice (in quick runs
 # not at all), for one hand and several dampings.
 SEARCHED = ("more", Resolution(0.0, 0.19))
-# For a measure that is missing in the table.
+# Direction and resolution of a measure that is missing in the table.
 UNKNOWN = ("same", Resolution(0.0, 0.02))
 
 
