@@ -39,7 +39,7 @@ pub struct Energy {
     pub translation: f64,
     /// Work of torques.
     pub rotation: f64,
-    /// Largest value of the sum of both during the run.
+    /// Largest value during the run of `translation` plus `rotation`.
     pub highest: f64,
 }
 
