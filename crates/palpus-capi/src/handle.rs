@@ -20,6 +20,7 @@ const CHUNKS: usize = 24;
 const PLACE_BITS: u32 = 32;
 /// Bits of a handle for the number of earlier uses of the place.
 const GENERATION_BITS: u32 = 28;
+/// Largest number of earlier uses that a handle can state.
 const MOST_GENERATIONS: u32 = (1 << GENERATION_BITS) - 1;
 
 /// The kinds of values that have handles.

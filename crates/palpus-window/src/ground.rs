@@ -14,9 +14,11 @@ use crate::paint::round_length;
 use crate::scene::{Scene, Unit};
 use crate::solid::Solid;
 
-/// The width of a grid cell, the lines' reach and the shadow's reach, relative to the scene's size.
+/// Width of a cell of the grid, relative to the scene's size.
 const CELL: f64 = 0.11;
+/// Reach of the lines of the grid, relative to the scene's size.
 const REACH: f64 = 1.25;
+/// Reach of the shadow, relative to the scene's size.
 const SHADOW_REACH: f64 = 0.85;
 /// Distance of the ground below the lowest point, relative to the scene's size.
 const BELOW: f64 = 0.015;

@@ -37,9 +37,11 @@ const WIRE_WIDTH: f64 = 0.7;
 /// Distance from a patch to its point, towards the viewer, in radii: a patch is flat, but the
 /// surface may be curved.
 const PATCH_BEFORE: f64 = 0.5;
-/// Width in pixels, and strength of the lines of the grid and of the lines through its middle.
+/// Width of the lines of the grid, pixels.
 const GRID_WIDTH: f64 = 1.1;
+/// Strength of the lines of the grid.
 const GRID_LINE: f64 = 0.17;
+/// Strength of the lines through the middle of the grid.
 const AXIS_LINE: f64 = 0.34;
 /// Visibility of a mark behind a body.
 pub(crate) const HIDDEN: f32 = 0.38;

@@ -185,7 +185,7 @@ impl OpenHaptics {
         for protection in number::PROTECTIONS {
             api.enable(protection);
         }
-        // Older drivers do not know all of these protections.
+        // Older drivers report errors for protections that they do not know.
         forget_errors(&api);
         let shared = Arc::new(Shared::new(Instant::now()));
         let (commands, newest_command) = latest(Command::NONE);

@@ -42,12 +42,15 @@ const KEY_TURN: f64 = 0.9;
 const SLOWLY: f64 = 0.2;
 /// Longest time for which a key acts in one frame, s.
 const LONGEST_FRAME: f64 = 0.1;
-/// The drawn spring: half width and length of a coil (points), range of the number of coils,
-/// share of each straight end, and corners of a coil.
+/// Half the width of a coil of the drawn spring, points.
 const COIL: f32 = 4.0;
+/// Length of a coil, points.
 const COIL_LENGTH: f32 = 8.0;
+/// Smallest and largest number of coils.
 const COILS: (f32, f32) = (2.0, 12.0);
+/// Length of each straight end, as a share of the spring.
 const ENDS: f32 = 0.12;
+/// Number of corners of a drawn coil.
 const POINTS_OF_COIL: usize = 12;
 /// Length below which the spring is not drawn, points.
 const LEAST_SPRING: f32 = 12.0;

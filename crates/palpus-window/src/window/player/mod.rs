@@ -32,8 +32,9 @@ use crate::style::{Style, Theme};
 use keys::Action;
 use timeline::Timeline;
 
-/// Lengths, points.
+/// Width of the panel at the right, points.
 const SIDE: f32 = 270.0;
+/// Height of the panel of curves, points.
 const CURVES: f32 = 300.0;
 /// Playback speeds.
 const SPEEDS: [f64; 9] = [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];

@@ -39,8 +39,9 @@ use keys::Action;
 use shown::bodies;
 use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section_sampler};
 
-/// Lengths, points.
+/// Width of each panel at a side, points.
 const SIDE: f32 = 330.0;
+/// Width and height of the Gauss map, points.
 const GAUSS: f32 = 270.0;
 /// Number of pixels per point in pictures.
 const SHARPNESS: f32 = 1.5;
