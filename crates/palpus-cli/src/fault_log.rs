@@ -41,7 +41,7 @@ struct Entry {
     tick: ServoTick,
     phase_before: Phase,
     wrench_before: Wrench,
-    /// Ticks since the fault began.
+    /// Number of ticks since the fault began.
     lasted: u64,
 }
 

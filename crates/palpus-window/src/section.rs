@@ -187,7 +187,7 @@ pub struct Section {
     pub low: [f64; 2],
     /// Distance between samples, m.
     pub cell: f64,
-    /// Samples in a row.
+    /// Number of samples in a row.
     pub columns: usize,
     /// Number of rows.
     pub rows: usize,

@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Machine {
     pub(super) system: &'static str,
-    /// Cores that the program may use.
+    /// Number of cores that the program may use.
     pub(super) cores: Option<usize>,
     /// Isolated cores, in the kernel's list format: the scheduler puts no ordinary work on them.
     pub(super) isolated_cores: Option<String>,

@@ -34,7 +34,7 @@ pub(crate) struct Series {
 /// How a panel's series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Drawn {
-    /// As curves.
+    /// Curves of constant width.
     Lines,
     /// Curves that are thicker within the shaded intervals (the paper's Figure 6).
     ThickInBands,

@@ -25,8 +25,8 @@ pub(super) struct Heat {
 }
 
 impl Heat {
-    /// Starts cold. `time`: thermal time constant of the windings, s. `peak`, `continuous`: N or
-    /// N·m.
+    /// Starts cold. `time` is the thermal time constant of the windings, s. `peak` and `continuous`
+    /// are the peak and the continuous force (N) or torque (N·m).
     pub(super) fn new(peak: f64, continuous: f64, time: f64) -> Self {
         Self { peak, continuous: continuous.min(peak), time, heat: 0.0 }
     }

@@ -294,7 +294,7 @@ impl SafetyChain {
         within
     }
 
-    /// Stage 6.
+    /// Stage 6: limits the wrench to the peak.
     fn saturated(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let peak = Limits { force: self.limits.force_peak, torque: self.limits.torque_peak };
         let answer = saturate(*wrench, &peak, self.saturation);
@@ -302,7 +302,7 @@ impl SafetyChain {
         answer.wrench
     }
 
-    /// Stage 7.
+    /// Stage 7: limits the wrench to what the motors can give at their heat.
     fn cooled(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let answer = saturate(*wrench, &self.heat_caps(), Saturation::Separate);
         cuts.note(Cut::Heat, answer.force_cut || answer.torque_cut);
@@ -318,7 +318,7 @@ impl SafetyChain {
         answer.wrench
     }
 
-    /// Stage 8.
+    /// Stage 8: gives the part of the wrench that the engagement allows.
     fn engaged(&mut self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         if cuts.has(Cut::Ending) {
             let ramp = self.limits.ramp;

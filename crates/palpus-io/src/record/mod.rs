@@ -132,7 +132,7 @@ pub struct ServoRecord {
     /// only damps the grip after a panic or a fault. In these ticks the engine's columns have no
     /// meaning, and the safety chain received a zero wrench.
     pub stepped: bool,
-    /// Units of work of the engine's query.
+    /// Number of units of work of the engine's query.
     pub work: u64,
     /// Limit of the query's work, which affects the result; `None` if there is no limit.
     pub work_allowed: Option<NonZeroU64>,

@@ -167,9 +167,9 @@ pub struct Painted {
     pub rate_hz: f64,
     /// The renderer's name according to the graphics library.
     pub renderer: String,
-    /// Triangles of the bodies, as drawn.
+    /// Number of triangles of the bodies, as drawn.
     pub triangles: usize,
-    /// Samples in each pixel.
+    /// Number of samples in each pixel.
     pub samples: u32,
 }
 

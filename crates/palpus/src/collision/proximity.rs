@@ -21,7 +21,7 @@ pub struct Closest {
     pub point_a: DVec3,
     /// Closest point on b.
     pub point_b: DVec3,
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
     /// Distance of the points, model units; greater than zero.
     pub distance: f64,

@@ -46,7 +46,7 @@ impl Cluster {
 /// A broken rule of a representative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 enum ClusterFault {
-    /// The normal is not unit.
+    /// The length of the normal is not 1.
     #[error("the normal is not unit")]
     Normal,
     /// A member is deeper than the cluster, or the deepest member's separation differs from the

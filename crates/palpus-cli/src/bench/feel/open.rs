@@ -133,8 +133,8 @@ fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     add("torque step over motion", "", torque_over_motion);
 }
 
-/// Times at which the knife on the rails reaches its final depth, and at which it leaves the rails,
-/// s.
+/// Times (s) at which the knife on the rails reaches its final depth, and at which it leaves the
+/// rails.
 const MERGING: [f64; 2] = [0.9, 3.5];
 
 /// Adds the largest step while the knife stays at its depth and its two contacts approach each

@@ -69,7 +69,7 @@ pub struct ReplayedTick {
     pub force: f64,
     /// Torque that the device got, N·m.
     pub torque: f64,
-    /// Contacts within the tolerance.
+    /// Number of contacts within the tolerance.
     pub contacts: u32,
     /// Number of clusters.
     pub clusters: u32,

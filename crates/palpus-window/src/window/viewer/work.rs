@@ -23,7 +23,7 @@ pub(super) struct GaussQuestion {
     pub(super) piece: u32,
     pub(super) from: Camera,
     pub(super) theme: Theme,
-    /// Size, pixels.
+    /// Width and height of the map, pixels.
     pub(super) size: usize,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct SectionQuestion {
     pub(super) plane: SectionPlane,
     pub(super) shown: Shown,
     pub(super) theme: Theme,
-    /// Size, pixels.
+    /// Width of the picture, pixels.
     pub(super) width: usize,
 }
 

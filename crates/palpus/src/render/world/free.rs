@@ -14,7 +14,7 @@ use crate::body::Body;
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Free {
-    /// kg.
+    /// Mass, kg.
     pub(super) mass: f64,
     /// Inertia about the centre of mass, along the body's axes, kg·m².
     inertia: DMat3,

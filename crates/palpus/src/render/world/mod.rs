@@ -124,24 +124,24 @@ pub struct World {
 /// Counts of a world's step. Other counts are in the ticks of its tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldCounters {
-    /// Pairs of bodies that were queried.
+    /// Number of pairs of bodies that were queried.
     pub pairs: u32,
-    /// Pairs of bodies with contacts.
+    /// Number of pairs of bodies with contacts.
     pub touching: u32,
-    /// Groups of touching bodies, each moved by one implicit step.
+    /// Number of groups of touching bodies, each moved by one implicit step.
     pub islands: u32,
-    /// Bodies in the largest group.
+    /// Number of bodies in the largest group.
     pub largest: u32,
-    /// Groups in which the last round still changed the set of pressing contacts or a friction
-    /// force.
+    /// Number of groups in which the last round still changed the set of pressing contacts or a
+    /// friction force.
     pub unsettled: u32,
-    /// Groups whose step was shortened, so that no point moves farther than the distance within
-    /// which contacts are searched.
+    /// Number of groups whose step was shortened, so that no point moves farther than the distance
+    /// within which contacts are searched.
     pub bounded: u32,
-    /// Groups without a solution. Their free bodies stop, and their tools move to the devices'
-    /// poses.
+    /// Number of groups without a solution. Their free bodies stop, and their tools move to the
+    /// devices' poses.
     pub reset: u32,
-    /// Driven bodies whose last update is too old.
+    /// Number of driven bodies whose last update is too old.
     pub overdue: u32,
 }
 
