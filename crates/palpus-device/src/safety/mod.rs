@@ -382,8 +382,7 @@ impl SafetyChain {
     }
 }
 
-/// Returns `to`, and false. If `to` is farther than `most` from `from`, returns the point at
-/// distance `most` on the way to `to`, and true.
+/// Moves from `from` towards `to`, by at most `most`. The flag is true if the end was not reached.
 fn step_towards(from: DVec3, to: DVec3, most: f64) -> (DVec3, bool) {
     let way = to - from;
     // Scales first, since squares and differences of finite numbers may overflow.
