@@ -3,9 +3,11 @@
 
 usage: hold_reference.py REFERENCE_FOLDER MODELS_FOLDER PALPUS
 
-Convex pairs: no wrong answers except "local only" ones, in at most 3 % of the overlapping `random` frames of all folders
-together and in none of the `sliding` frames. Non-convex pairs: no wrong answers. Depths of solids: no wrong answers, and bounds
-within 1 % of the smaller body in 99 % of the overlapping frames. Closed loops of feel: no wrong answers except those in JOINED.
+Convex pairs: no wrong answers. Answers that are only local minima ("local only") are allowed in 3 %
+of the overlapping `random` frames of all folders together, and in none of the `sliding` frames.
+Non-convex pairs: no wrong answers. Depths of solids: no wrong answers, and bounds within 1 % of the
+smaller body in 99 % of the overlapping frames. Closed loops with a simulated hand: no wrong
+answers; the scenes in JOINED have other limits.
 """
 import pathlib
 import re

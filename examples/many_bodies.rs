@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let speed = Twist { linear: DVec3::X * 0.1, angular: DVec3::ZERO };
     for tick in 0..2000 {
         let time = f64::from(tick) * PERIOD;
-        // About 60 times per second, the belt's host sets its pose and velocity.
+        // About 60 times per second, the program sets the pose and the velocity of the belt.
         if tick % 17 == 0 {
             world.drive(belt, at(0.1 * time, 0.4, -0.01), speed);
         }

@@ -42,7 +42,7 @@ class Bench:
         return kept
 
     def kept_in(self, folder):
-        """Returns the figures of this BASE that an earlier run stored in a folder; `None` if there are none."""
+        """Returns the figures of this BASE that an earlier run stored in a folder; `None` if no run has stored them."""
         path = folder / "figures.json"
         kept = json.loads(path.read_text()) if path.exists() else {}
         return kept["figures"] if kept.get("base") == self.fingerprint("base") and kept["quick"] == self.quick else None

@@ -1,4 +1,4 @@
-"""`palpus bench feel`: every measure of palpus's methods on every scene in every hand."""
+"""`palpus bench feel`: every measure of our methods, on every scene and with every hand model."""
 import json
 
 from judging.page import EXACT, Resolution, Row, Table
@@ -9,8 +9,8 @@ OWN = ("paper", "smooth", "coupled", "coupled-smooth", "smooth-passive", "couple
 # An encoder step of the simulated device, 0.03 mm, and its force at the scenes' stiffness of 800 N/m. The force steps of a loop are
 # multiples of this force.
 ENCODER_M, ENCODER_N = 3e-5, 0.024
-# The better direction, and the resolution: a floor in the unit of the measure, and a fraction of
-# the value.
+# For each measure: whether less or more is better, and the resolution (a floor in the unit of the
+# measure, and a fraction of the value).
 MEASURES = {
     "deepest seen": ("less", Resolution(1e-7, 0.01)),
     "peak force": ("less", Resolution(1e-3, 0.02)),
@@ -62,10 +62,10 @@ MEASURES = {
     "worst hum torque": ("less", Resolution(1e-4, 0.05)),
     "true overlap": ("less", Resolution(1e-6, 0.05)),
 }
-# The search halves the interval of an octave twice (in quick runs not at all), for one hand and
-# several dampings.
+# Direction and resolution of a value that a search finds. The search halves the interval of an octave twice (in quick runs
+# not at all), for one hand and several dampings.
 SEARCHED = ("more", Resolution(0.0, 0.19))
-# For a measure that is missing in this table.
+# Direction and resolution of a measure that is missing in the table.
 UNKNOWN = ("same", Resolution(0.0, 0.02))
 
 

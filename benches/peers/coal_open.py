@@ -48,7 +48,8 @@ class Proxy:
         self.probe, self.part = tree(scene / "probe.obj", 1.0), tree(scene / "environment.obj", 1.0)
         vertices, _ = read_obj(scene / "probe.obj")
         gyration = np.sqrt(((vertices - vertices.mean(0)) ** 2).sum(1).mean())
-        # The squared length of this vector times the stiffness is twice the energy of the spring.
+        # A displacement is multiplied by this vector. Then its squared length times the stiffness
+        # is twice the energy of the spring.
         self.scale = np.array([1.0] * 3 + [gyration] * 3)
         self.place, self.turn = None, None
         self.identity = coal.Transform3s.Identity()
@@ -72,7 +73,7 @@ class Proxy:
         return normals[nearest], points[nearest], gaps[nearest]
 
     def step(self, place, turn):
-        """The wrench on the hand, whose grip is at `place`."""
+        """Returns the wrench on the hand, whose grip is at `place`."""
         if self.place is None:
             self.place, self.turn = place, turn
         for _ in range(ROUNDS):
@@ -83,7 +84,8 @@ class Proxy:
             normals, points, gaps = self.collide(self.place, self.turn, MARGIN)
             move = wanted
             if len(gaps):
-                # Change of the gap as the proxy moves. The gap may shrink to SKIN.
+                # Each row gives the change of a gap when the proxy moves. The gap may shrink to
+                # SKIN.
                 rows = -np.hstack([normals, np.cross(points - self.place, normals)]) / self.scale
                 move = wanted + least(rows, SKIN - gaps - rows @ wanted)
             # Planes are only valid within the margin.
@@ -100,7 +102,8 @@ class Proxy:
 
 
 def least(rows, bounds):
-    """The shortest x with rows x ≥ bounds [Lawson, Hanson 1974, 23]; zero if there is none."""
+    """Returns the shortest x with rows x ≥ bounds [Lawson, Hanson 1974, 23], or zero without a
+    solution."""
     if (bounds <= 0.0).all():
         return np.zeros(6)
     unit = max(np.abs(bounds).max(), 1e-9)

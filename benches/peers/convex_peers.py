@@ -6,9 +6,9 @@ usage: convex_peers.py [--markdown FILE] [--only TEXT]      (needs numpy, coal a
 Runs `cargo bench -p palpus --bench convex` twice: once for its shapes and poses, and once for the times of palpus and parry.
 Then Coal and MuJoCo take turns along the same stretches of poses. The fastest of several rounds counts for each pose. The cost of
 an empty Python call is measured with the same functions (two spheres for Coal, two geoms that are far apart for
-MuJoCo) and subtracted. Coal: `distance` with signed distance and its cached guess, warm within a coherent
-stretch. MuJoCo: `mj_geomDistance` (its vertices are f32), with enough iterations to converge. Prints microseconds, p50/p99 over
-poses, and ratios of p50.
+MuJoCo) and subtracted. Coal: `distance` with signed distance; within a coherent stretch it starts
+from the result of the previous pose. MuJoCo: `mj_geomDistance` with enough iterations to converge;
+MuJoCo's vertices are f32. Prints microseconds, p50/p99 over poses, and ratios of p50.
 """
 import csv
 import pathlib

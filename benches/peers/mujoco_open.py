@@ -23,9 +23,9 @@ import mujoco
 import numpy as np
 from mujoco_feel import MM, Solid, matrix, read_obj, replay, scene_model
 
-CLOSE = 2e-3        # relative to the force, and for torques to the force times the box's size
+CLOSE = 2e-3        # largest allowed difference, relative to the force; for torques, to the force times the box's size
 DAMPING = 0.7       # fraction of critical damping
-IMPEDANCE = 0.5     # of the weld; it is constant, so that the stiffness does not depend on the stretch
+IMPEDANCE = 0.5     # impedance of the weld; a constant, so that the stiffness does not depend on the stretch
 
 COLUMNS = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z", "step_us"]
 

@@ -6,8 +6,8 @@
  *   palpus run --device bridge:/tmp/palpus.sock
  *
  * To drive your own device, replace `sense_and_push`. The rest is the protocol of docs/bridge.md. Test your
- * driver with `palpus devices --conformance ADDRESS`. It runs on Linux and other POSIX systems; only Linux
- * has Unix sockets of type SOCK_SEQPACKET.
+ * driver with `palpus devices --conformance ADDRESS`. This program runs on Linux and other POSIX systems;
+ * only Linux has Unix sockets of type SOCK_SEQPACKET.
  */
 #define _DEFAULT_SOURCE
 #include <arpa/inet.h>
@@ -83,14 +83,14 @@ typedef struct {
     uint64_t heard;         /* time of the last command, ns */
     uint64_t sent, accepted; /* sequences of the last state and the last command */
     uint64_t floor;         /* a wrench is applied only if its echo is this state or a newer one */
-    int withheld;           /* a wrench has ended, and palpus has not echoed a state after that */
+    int withheld;           /* a wrench has ended, and palpus has not yet echoed a later state */
     double force[3];
     uint64_t until; /* time at which the force expires, ns */
 } bridge;
 
 static void no_force(bridge *bridge) { memset(bridge->force, 0, sizeof bridge->force); }
 
-/* Sets the force to zero, until a command echoes a state from now on. */
+/* Sets the force to zero, until a command echoes a state that is sent after this call. */
 static void withhold(bridge *bridge) {
     no_force(bridge);
     bridge->withheld = 1;

@@ -32,7 +32,8 @@ _BODIES = {
 }
 _MOST_VALID_FOR_US = 100_000
 _LARGEST = 1e9
-# A session ends after _SILENCE without a command, a connection without a session after _HANDSHAKE (both in ns).
+# A session ends after _SILENCE without a command. A connection ends after _HANDSHAKE without a
+# session. Both are in ns.
 _SILENCE = 250_000_000
 _HANDSHAKE = 2_000_000_000
 # Largest number of frames that one call takes, so that a flood of frames does not delay the device.
@@ -212,7 +213,7 @@ class Bridge:
             self._withhold()
 
     def _withhold(self):
-        """Sets the wrench to zero, until a command echoes a state from now on."""
+        """Sets the wrench to zero, until a command echoes a state that is sent after this call."""
         self._wrench, self._withheld, self._floor = _NO_WRENCH, True, self._sent + 1
 
     def _end_session(self):

@@ -1,5 +1,5 @@
-// palpus for C#: the part of include/palpus.h that a haptic loop needs. Works in Unity unchanged, together with
-// the native library. docs/c.md describes it.
+// palpus for C#: the part of include/palpus.h that a haptic loop needs. Works in Unity unchanged,
+// together with the native library. docs/c.md explains how to use this file.
 using System;
 using System.Runtime.InteropServices;
 using System.Text;
@@ -48,7 +48,8 @@ namespace Palpus
         public ulong Capacity;
         public uint SmoothClusters, Saturation, HasCoupling, HasShading, HasFriction, HasMaterial;
 
-        /// Settings of a tool with the largest stiffness that a device with these limits (N, N m) can render.
+        /// Settings of a tool with the largest stiffness that a device with these limits (N, N m)
+        /// can render.
         /// period: of the loop, s. tolerance: contact tolerance, m.
         public static Settings Coupled(double force, double torque, double period, double tolerance)
         {
@@ -130,7 +131,8 @@ namespace Palpus
             return added;
         }
 
-        /// Computes one tick. dt: time since the last tick, s. Both arrays have one element per tool.
+        /// Computes one tick. dt: time since the last tick, s. Both arrays have one element per
+        /// tool.
         public void Step(Probe[] probes, Wrench[] wrenches, double dt)
         {
             if (probes.Length != wrenches.Length) throw new ArgumentException("there must be as many wrenches as probes");

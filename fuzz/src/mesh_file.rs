@@ -11,6 +11,7 @@ use crate::{Folder, Seed, check, mesh_samples};
 /// Largest number of vertices of a mesh that is converted to a body, because the conversion is much
 /// slower than reading a file.
 const MOST_VERTICES: usize = 64;
+/// Largest number of face corners of such a mesh.
 const MOST_CORNERS: usize = 160;
 
 thread_local! {

@@ -20,7 +20,7 @@ fn run(data: &[u8]) {
         }
         Err(why) => assert!(why.len() < 400 && !why.contains('\n'), "{why}"),
     }
-    // The last arm and the last grip come from the input, if it contains any.
+    // If the input contains arms or grips, the last arm or grip comes from the input.
     for arm in [arms.first(), arms.last()].into_iter().flatten() {
         for grip in [grips.first(), grips.last()].into_iter().flatten() {
             match sample(text, arm, grip.as_deref()) {

@@ -1,5 +1,5 @@
-//! MCAP recordings. The recordings have the same bits after they are written in each format and
-//! read again.
+//! MCAP recordings. Their values have the same bits after they are written in each format and read
+//! again.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, recording, target};

@@ -1,4 +1,4 @@
-//! Parquet recordings. The recordings have the same bits after they are written in each format and
+//! Parquet recordings. Their values have the same bits after they are written in each format and
 //! read again.
 #![no_main]
 

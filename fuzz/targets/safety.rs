@@ -110,7 +110,7 @@ fn run(data: &[u8]) {
         let slack = 1.0 + ROUNDING;
         let within = [(given.force, limits.force_peak), (given.torque, limits.torque_peak)];
         assert!(within.iter().all(|&(v, most)| check::within(v, slack * most + SMALLEST)), "{shaped:?} of {limits:?}");
-        // The force falls as fast as the slew limit allows, until it is at rest.
+        // The force falls as fast as the slew limit allows, until it is below the limit for rest.
         let is_falling = given.force.length() <= slack * last.force.length().max(limits.rest_force)
             && given.force.distance(last.force) >= (1.0 - SLEW_ROUNDING) * limits.force_slew * period;
         if shaped.cuts.has(Cut::Withheld) {

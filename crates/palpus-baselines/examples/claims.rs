@@ -14,8 +14,8 @@
 //!   true force, if the scene has one;
 //! * fitted: the error "truth" after the force was scaled by the best factor, which removes the
 //!   error of the stiffness;
-//! * lost: fraction of the steps with an overlap in which the method gives no force. The true
-//!   contact determines the overlap, or palpus if the scene has no true contact;
+//! * lost: fraction of the steps with an overlap in which the method gives no force. The overlap is
+//!   that of the true contact; if the scene has no true contact, palpus measures the overlap;
 //! * at: time of the largest force step.
 //!
 //! The rows marked "coupled" use a virtual coupling of 1000 N/m and 0.5 N·m/rad with a tool of 50

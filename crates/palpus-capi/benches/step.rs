@@ -46,7 +46,7 @@ fn main() {
     let (mut world_c, mut object, mut tool_c) =
         (palpus_world::default(), palpus_object::default(), palpus_tool::default());
     let settings_c = palpus_settings::from(&settings);
-    // SAFETY: the pointers are to arrays of eight points, to values, and to places for the results.
+    // SAFETY: the pointers point to arrays of eight points, to values, and to memory for results.
     unsafe {
         palpus_body_from_convex(plate.as_flattened().as_ptr(), 8, &mut plate_c);
         palpus_body_from_convex(finger.as_flattened().as_ptr(), 8, &mut finger_c);

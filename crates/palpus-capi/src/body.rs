@@ -156,7 +156,7 @@ pub unsafe extern "C" fn palpus_body_from_triangles(
             InArray::new(triangles.cast(), triangle_count, "triangles"),
         )
     };
-    // SAFETY: same as above.
+    // SAFETY: the caller follows the header.
     let (settings, body) = unsafe { (In::new(settings, "settings"), Out::new(body, "body")) };
     entry(|| {
         body.check()?;

@@ -16,8 +16,11 @@ use crate::result::{Fault, palpus_result};
 const FIRST_CHUNK: u32 = 6;
 /// Number of chunks in a table. There are more places than values that fit in memory.
 const CHUNKS: usize = 24;
+/// Bits of a handle for the place.
 const PLACE_BITS: u32 = 32;
+/// Bits of a handle for the number of earlier uses of the place.
 const GENERATION_BITS: u32 = 28;
+/// Largest number of earlier uses that a handle can state.
 const MOST_GENERATIONS: u32 = (1 << GENERATION_BITS) - 1;
 
 /// The kinds of values that have handles.

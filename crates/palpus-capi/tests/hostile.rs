@@ -145,8 +145,8 @@ impl Host {
                 let points = [(); 12].map(|()| self.vector(0.04));
                 let (mut body, count) = (palpus_body::default(), [0, 3, 4, 8, 12, usize::MAX][self.below(6)]);
                 let (from, to) = (self.pointer(points.as_flattened().as_ptr()), self.place(&mut body));
-                // SAFETY: null, or as many values as the count says. A count beyond memory is
-                // rejected before anything is read.
+                // SAFETY: each pointer is null or points to as many values as the count says. A
+                // count larger than the memory is rejected before anything is read.
                 let result = unsafe { palpus_body_from_convex(from, count, to) };
                 self.keep(result, body.id, BODIES)
             }
@@ -163,8 +163,8 @@ impl Host {
                 let (from, corners) =
                     (self.pointer(vertices.as_flattened().as_ptr()), self.pointer(faces.as_flattened().as_ptr()));
                 let (settings, to) = (self.pointer(&settings), self.place(&mut body));
-                // SAFETY: null, or as many values as the counts say. Counts beyond memory are
-                // rejected.
+                // SAFETY: each pointer is null or points to as many values as the counts say.
+                // Counts larger than the memory are rejected.
                 let result = unsafe { palpus_body_from_triangles(from, counts[0], corners, counts[1], settings, to) };
                 self.keep(result, body.id, BODIES)
             }
@@ -183,7 +183,7 @@ impl Host {
                 }
                 let [a, b] = [self.body(), self.body()];
                 let (settings, to) = (self.pointer(&settings), self.place(&mut query));
-                // SAFETY: null, or a value and a place.
+                // SAFETY: each pointer is null or points to a value or to memory for a result.
                 let result = unsafe { palpus_query_create(a, b, settings, to) };
                 self.keep(result, query.id, QUERIES)
             }
@@ -227,7 +227,7 @@ impl Host {
         let (mut object, mut tool) = (palpus_object::default(), palpus_tool::default());
         let (pose, to) = (self.pointer(&pose), self.place(&mut object));
         let mass = self.number(0.1);
-        // SAFETY: null, or a value and a place.
+        // SAFETY: each pointer is null or points to a value or to memory for a result.
         let (result, id) = unsafe {
             match self.below(4) {
                 0 => (palpus_world_add_fixed(world, body, pose, to), object.id),
@@ -254,7 +254,8 @@ impl Host {
         let (mut facts, mut bounds) = (palpus_body_facts::default(), palpus_depth_bounds::default());
         let to: *mut palpus_contact = if self.chance(0.02) { null_mut() } else { self.contacts.as_mut_ptr() };
         let count = self.place(&mut count);
-        // SAFETY: null, or valid values and places. A capacity beyond memory is rejected.
+        // SAFETY: each pointer is null or points to values or to memory for results. A capacity
+        // larger than the memory is rejected.
         unsafe {
             match self.below(22) {
                 0 => palpus_query_contacts(query, pose, to, room, count),
@@ -290,7 +291,8 @@ impl Host {
         let mut wrenches = [palpus_wrench { force: [f64::NAN; 3], torque: [f64::NAN; 3] }; 3];
         let (count, dt) = ([0, 1, 1, 1, 2, 3, usize::MAX][self.below(7)], self.number(1e-3));
         let from = self.pointer(probes.as_ptr());
-        // SAFETY: null, or as many values as the count says. A count beyond memory is rejected.
+        // SAFETY: each pointer is null or points to as many values as the count says. A count
+        // larger than the memory is rejected.
         let result = unsafe { palpus_world_step(world, from, wrenches.as_mut_ptr(), count, dt) };
         let written =
             wrenches.iter().take(if count > 3 { 0 } else { count }).flat_map(|wrench| [wrench.force, wrench.torque]);
@@ -307,7 +309,7 @@ fn million_random_calls_never_crash() {
     for call in 0..CALLS {
         let result = host.call();
         counts[result as usize] += 1;
-        // SAFETY: the library's text, which is read before the next call.
+        // SAFETY: the pointer points to the library's text, which is read before the next call.
         let text = unsafe { CStr::from_ptr(palpus_last_error()) };
         assert!(result == palpus_result::PalpusOk || !text.is_empty(), "seed {SEED:#x}, call {call}");
         assert_ne!(result, palpus_result::PalpusErrorInternal, "seed {SEED:#x}, call {call}: {text:?}");

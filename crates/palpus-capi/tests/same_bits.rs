@@ -33,7 +33,7 @@ fn corners(size: DVec3) -> Vec<[f64; 3]> {
 fn block(size: DVec3) -> (Arc<Body>, palpus_body) {
     let points = corners(size);
     let mut body = palpus_body::default();
-    // SAFETY: eight points, and a place for a body.
+    // SAFETY: the pointers point to eight points and to memory for a handle.
     ok(unsafe { palpus_body_from_convex(points.as_flattened().as_ptr(), points.len(), &mut body) });
     let points: Vec<DVec3> = points.into_iter().map(DVec3::from_array).collect();
     (Arc::new(Body::from_convex(&points).unwrap()), body)
@@ -50,7 +50,7 @@ fn queries_match_rust_bit_for_bit() {
     let ((a, a_c), (b, b_c)) = (block(DVec3::new(0.02, 0.02, 0.04)), block(DVec3::new(0.1, 0.1, 0.02)));
     let mut query = ContactQuery::new(a, b, QuerySettings::default());
     let (mut query_c, mut depth_c) = (palpus_query::default(), palpus_depth::default());
-    // SAFETY: no settings, and places for the results.
+    // SAFETY: the settings are null, and the pointers point to memory for the results.
     unsafe {
         ok(palpus_query_create(a_c, b_c, std::ptr::null(), &mut query_c));
         ok(palpus_depth_create(a_c, b_c, std::ptr::null(), &mut depth_c));
@@ -61,7 +61,8 @@ fn queries_match_rust_bit_for_bit() {
         let place = palpus_pose::from(pose);
         let mut found = [palpus_contact::default(); 64];
         let (mut count, mut nearest) = (0, palpus_contact::default());
-        // SAFETY: a pose, and as many places as the capacity says.
+        // SAFETY: the pointers point to a pose and to memory for as many results as the capacity
+        // says.
         unsafe {
             ok(palpus_query_contacts(query_c, &place, found.as_mut_ptr(), found.len(), &mut count));
             ok(palpus_query_nearest(query_c, &place, &mut nearest));
@@ -72,7 +73,7 @@ fn queries_match_rust_bit_for_bit() {
         touching += u32::from(count > 0);
         if k % 200 == 199 {
             let mut bounds = palpus_depth_bounds::default();
-            // SAFETY: a pose and a place.
+            // SAFETY: the pointers point to a pose and to memory for the result.
             ok(unsafe { palpus_depth_bound(depth_c, &place, &mut bounds) });
             assert!(bounds.lower <= bounds.upper && bounds.certified == 1);
             assert_eq!(bounds.upper > 0.0, nearest.separation < 0.0, "pose {k}");
@@ -98,7 +99,7 @@ fn steps_match_rust_and_allocate_nothing() {
     let settings_c = palpus_settings::from(&settings);
     let (mut world_c, mut object, mut free_c, mut tool_c) =
         (palpus_world::default(), palpus_object::default(), palpus_object::default(), palpus_tool::default());
-    // SAFETY: values, and places for the results.
+    // SAFETY: the pointers point to values and to memory for the results.
     unsafe {
         ok(world_of::palpus_world_create(&settings_c, &mut world_c));
         ok(world_of::palpus_world_set_gravity(world_c, [0.0, 0.0, -9.81].as_ptr()));
@@ -106,7 +107,7 @@ fn steps_match_rust_and_allocate_nothing() {
         ok(world_of::palpus_world_add_free(world_c, cube.1, &beside.into(), 0.02, &mut free_c));
         ok(world_of::palpus_world_add_tool(world_c, finger.1, &settings_c, &mut tool_c));
     }
-    // The world keeps a body alive after it is destroyed.
+    // The world keeps a body alive after the body's handle is destroyed.
     ok(palpus_body_destroy(finger.1));
     for k in 0..2000 {
         let pose = wiggle(k);
@@ -115,10 +116,10 @@ fn steps_match_rust_and_allocate_nothing() {
         let probe = palpus_probe { pose: pose.into(), twist: palpus_twist::from(twist) };
         let (mut wrench, mut place) = (palpus_wrench::default(), palpus_pose::default());
         let before = allocations_of_this_thread();
-        // SAFETY: one probe and one place.
+        // SAFETY: the pointers point to one probe and to memory for one wrench.
         ok(unsafe { world_of::palpus_world_step(world_c, &probe, &mut wrench, 1, PERIOD) });
         assert_eq!(allocations_of_this_thread(), before, "step {k} allocated memory");
-        // SAFETY: a place.
+        // SAFETY: the pointer points to memory for a pose.
         ok(unsafe { world_of::palpus_world_get_pose(world_c, free_c, &mut place) });
         assert_eq!(wrench, world.tick(tool).commanded.into(), "step {k}");
         assert_eq!(place, world.pose(free).into(), "step {k}");
@@ -130,7 +131,7 @@ fn steps_match_rust_and_allocate_nothing() {
 #[test]
 fn c_settings_equal_rust_settings() {
     let (mut coupled, mut default) = ([settings_with_noise(); 1], [settings_with_noise(); 1]);
-    // SAFETY: places for settings.
+    // SAFETY: the pointers point to memory for settings.
     unsafe {
         ok(palpus_settings_coupled(8.5, 0.19, PERIOD, 2e-4, coupled.as_mut_ptr()));
         ok(palpus_settings_default(default.as_mut_ptr()));

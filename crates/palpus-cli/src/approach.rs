@@ -91,8 +91,8 @@ pub(crate) fn approach(
     HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
 }
 
-/// Steps of the search for first touch. The search converges linearly, so the path of a grazing
-/// approach may end too early.
+/// Largest number of steps of the search for first touch. The search converges linearly, so the
+/// path of a grazing approach may end too early.
 const MOST_ADVANCES: usize = 200;
 /// Distance by which the hand presses beyond touch, in contact tolerances.
 const PRESS_TOLERANCES: f64 = 3.0;

@@ -25,7 +25,7 @@ use serde::Serialize;
 
 use crate::{files, output, tools, when};
 
-/// Entries that may wait for the writer; faults are rare.
+/// Largest number of entries that wait for the writer; faults are rare.
 const QUEUED: usize = 1 << 10;
 /// Largest number of lines of a run.
 const MOST: u64 = 10_000;
@@ -41,7 +41,7 @@ struct Entry {
     tick: ServoTick,
     phase_before: Phase,
     wrench_before: Wrench,
-    /// Ticks since the fault began.
+    /// Number of ticks since the fault began.
     lasted: u64,
 }
 

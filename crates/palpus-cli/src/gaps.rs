@@ -28,7 +28,7 @@ const SMALL: f64 = 5e-3;
 const LARGE: f64 = 2.0;
 /// Tolerance, as a share of the smaller body's size.
 pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
-/// The play lowers the tolerance to no less than this share of the other limits: contacts get
+/// The play lowers the tolerance to no less than this share of the other limits. Contacts get
 /// stiffer as the tolerance gets smaller, and the play of parts of the same diameter is 0.
 const LEAST_BY_PLAY: f64 = 0.05;
 /// Start height of the probe above the environment's box, as a multiple of the probe's reach.

@@ -50,7 +50,7 @@ pub(crate) struct LeadOut {
 enum Phase {
     /// Before the first tick.
     Before,
-    /// The grip is on its way.
+    /// The grip moves along the way.
     Leading {
         /// Position of the goal along the way, m.
         goal: f64,

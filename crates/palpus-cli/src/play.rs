@@ -18,8 +18,8 @@ use palpus::detect::{Contact, ContactQuery, QuerySettings};
 const MOST_WORK: u64 = 3_000_000;
 /// Largest motion to the middle of the play, as a multiple of the largest separation of contacts.
 const REACH: f64 = 4.0;
-/// Steps of the motion to the middle, and the last step as a share of the first. The result is at
-/// most some percent too small.
+/// The motion to the middle has this number of steps. The last step is this share of the first. The
+/// result is at most some percent too small.
 const STEPS: i32 = 1000;
 const LAST_STEP: f64 = 1e-4;
 

@@ -133,7 +133,7 @@ mod here {
         let largest =
             recording.rows.iter().map(|row| row.wrench.force.length()).filter(|f| f.is_finite()).fold(0.0, f64::max);
         Scene {
-            // The largest force of the run has the longest arrow.
+            // The largest force of the run is drawn with the longest arrow.
             force_scale: if largest > 0.0 { largest } else { limits.force },
             torque_scale: limits.torque,
             title: name(recording),

@@ -10,7 +10,7 @@ use palpus_window::{BodyPart, Look, Moment, Scene, ShownBody, Solid, Theme, Unit
 
 use crate::stage::Stage;
 
-/// Force with the longest arrow, N, unless the largest force of the picture is larger.
+/// The longest arrow stands for at least this force, N, so that small forces have short arrows.
 pub(crate) const LEAST_FORCE_SCALE: f64 = 0.1;
 
 /// The bodies of a stage, prepared once for any number of scenes.
@@ -82,8 +82,8 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// Returns the force (N) with the longest arrow of `moment`: the largest force of a cluster, or
-/// `hand` if that is larger.
+/// Returns the force (N) that is drawn with the longest arrow in a picture of `moment`: the largest
+/// force of a cluster, or `hand` if that is larger.
 pub(crate) fn force_scale(moment: &Moment, hand: f64) -> f64 {
     let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
     largest.max(hand).max(LEAST_FORCE_SCALE)

@@ -56,7 +56,7 @@ pub(crate) struct Summary {
     pub(crate) duration_s: f64,
     rate_hz: f64,
     overruns: u64,
-    /// Ticks that began more than half a millisecond after they were due.
+    /// Number of ticks that began more than half a millisecond after they were due.
     late_ticks: u64,
     /// Time from tick to tick, only in real time.
     period_us: Option<Micros>,
@@ -94,28 +94,30 @@ pub(crate) struct Summary {
 /// Counters of numerical trouble inside ticks, which never stops a run.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(crate) struct Trouble {
-    /// Distance marches answered by the fallback.
+    /// Number of distance marches answered by the fallback.
     march_fallbacks: u64,
-    /// Depth walks that ended without convergence.
+    /// Number of depth walks that ended without convergence.
     walk_stops: u64,
-    /// Depths along an admissible normal because the unconstrained direction is not admissible on
-    /// both meshes.
+    /// Number of depths along an admissible normal because the unconstrained direction is not
+    /// admissible on both meshes.
     moved_depths: u64,
-    /// Moved depths that were left out because they contradict the surfaces of the solids.
+    /// Number of moved depths that were left out because they contradict the surfaces of the
+    /// solids.
     rejected_depths: u64,
-    /// Closest points that were left out because their direction is not a surface normal at this
-    /// point.
+    /// Number of closest points that were left out because their direction is not a surface normal
+    /// at this point.
     virtual_closest: u64,
-    /// Clusters whose normals cancelled.
+    /// Number of clusters whose normals cancelled.
     cancelled_normals: u64,
-    /// Contacts that exceeded the capacity.
+    /// Number of contacts that exceeded the capacity.
     dropped_contacts: u64,
-    /// Ticks with an invalid probe pose.
+    /// Number of ticks with an invalid probe pose.
     bad_states: u64,
-    /// Ticks in which the set of pressing and sliding contacts still changed when the tool's step
-    /// ended.
+    /// Number of ticks in which the set of pressing and sliding contacts still changed when the
+    /// tool's step ended.
     tool_unsettled: u64,
-    /// Ticks in which the tool's step had no solution, and the tool was moved to the device's pose.
+    /// Number of ticks in which the tool's step had no solution, and the tool was moved to the
+    /// device's pose.
     tool_resets: u64,
 }
 
@@ -138,7 +140,7 @@ pub(crate) struct Gatherer {
     trouble: Trouble,
 }
 
-/// Durations up to 10 s, to three digits.
+/// Longest stored duration, ns: 10 s.
 const LONGEST_NS: u64 = 10_000_000_000;
 
 /// Below this share of the requested rate, the loop did not hold its rate.

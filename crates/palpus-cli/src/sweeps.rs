@@ -12,7 +12,7 @@ use crate::output;
 
 /// Seed of the samples. Every call uses the same samples.
 const SEED: u64 = 0x2002_0809;
-/// Characters of a histogram's longest bar.
+/// Number of characters of a histogram's longest bar.
 const BAR: usize = 40;
 
 /// Sweeps in the document of `--json`; shares are from 0 to 1, angles in degrees.

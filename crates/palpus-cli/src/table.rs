@@ -9,7 +9,7 @@ pub(crate) struct Table {
     pub(crate) title: String,
     pub(crate) head: Vec<String>,
     pub(crate) rows: Vec<Vec<String>>,
-    /// Columns of text; all others are numbers.
+    /// Number of columns of text; all other columns have numbers.
     pub(crate) naming: usize,
 }
 

@@ -65,7 +65,7 @@ impl Untouched {
     }
 
     /// Returns the smallest distance along the path (m), and the first time (s) at which the
-    /// distance is within the tolerance; `None` if it never is.
+    /// distance is within the tolerance; `None` if it is never within the tolerance.
     fn nearest(&self) -> (f64, Option<f64>) {
         let settings = QuerySettings { tolerance: 0.0, ..QuerySettings::default() };
         let mut query = ContactQuery::new(self.probe.clone(), self.environment.clone(), settings);

@@ -44,8 +44,9 @@ fn date(days: u64) -> (u64, u64, u64) {
     (era * 400 + year_of_era + u64::from(month <= 2), month, day)
 }
 
-/// Days from 1 March of the year 0.
+/// Number of days from 1 March of the year 0 to 1 January 1970.
 const DAYS_TO_1970: u64 = 719_468;
+/// Number of days in 400 years.
 const DAYS_OF_400_YEARS: u64 = 146_097;
 
 #[cfg(test)]

@@ -183,11 +183,11 @@ pub enum DeviceError {
 /// Number of axes of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Axes {
-    /// Translational axes, 0 to 3.
+    /// Number of translational axes, 0 to 3.
     pub translation: u8,
-    /// Rotational axes, 0 to 3.
+    /// Number of rotational axes, 0 to 3.
     pub rotation: u8,
-    /// Grippers, 0 or 1. Palpus does not drive grippers.
+    /// Number of grippers, 0 or 1. Grippers are not driven.
     pub gripper: u8,
 }
 

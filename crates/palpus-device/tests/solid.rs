@@ -196,7 +196,7 @@ fn hot_device_stays_near_its_tool() {
         (turned..felt.forces.len()).find(|k| felt.forces[*k].length() < 0.05).expect("the tool leaves the contact");
     let way = felt.places[turned].distance(felt.places[free]);
     let sunk = flat.translation.z - felt.places[turned].z;
-    // 1.4 mm is the deflection of the coupling, and 3 mm the travel before its anchor slips.
+    // The deflection of the coupling is 1.4 mm, and the travel before its anchor slips is 3 mm.
     assert!(sunk > 0.015 && way < 5e-3, "{sunk} m in, felt for {way} m, seed {SEED:#x}");
     let step = felt.forces.windows(2).map(|pair| pair[1].distance(pair[0])).fold(0.0, f64::max);
     assert!(step < 0.5, "{step} N in a tick, seed {SEED:#x}");

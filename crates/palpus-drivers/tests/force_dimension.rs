@@ -275,7 +275,7 @@ fn force_switched_off_by_a_person_stays_off() {
         assert!(!ticks(&mut device, |state| state.withheld));
         stand_in.set(SWITCHED_OFF, by);
         assert!(ticks(&mut device, |state| state.withheld));
-        // Neither a pause nor the release of a brake switches it on.
+        // Neither a pause nor the release of a brake switches the force on.
         std::thread::sleep(Duration::from_millis(25));
         assert!(!ticks(&mut device, |state| !state.withheld));
         brake.apply();

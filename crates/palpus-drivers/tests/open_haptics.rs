@@ -56,7 +56,7 @@ fn push(force: DVec3) -> Wrench {
 /// becomes true.
 fn hold(device: &mut OpenHaptics, stand_in: &StandIn, wrench: Wrench, until: impl Fn(&StandIn) -> bool) -> bool {
     for _ in 0..2000 {
-        // A device that is lost still applies no force.
+        // The read of a lost device fails, but its force must still become zero.
         let _ = device.read();
         device.write(&wrench).unwrap();
         if until(stand_in) {

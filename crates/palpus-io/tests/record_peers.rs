@@ -156,7 +156,7 @@ fn files_of_the_mcap_crate_are_read() {
 }
 
 /// Shows why palpus has a separate reader: if this test fails, `parquet` may have become robust.
-/// docs/recordings.md contains the whole comparison.
+/// docs/dependencies.md contains the whole comparison.
 #[test]
 fn parquet_crate_panics_on_a_damaged_footer() {
     let good = written(RecordingFormat::Parquet);

@@ -36,15 +36,15 @@ const PARALLEL: f64 = 1e-6;
 /// Allowed distance of a point outside a face or an edge, relative to its size.
 const OUTSIDE: f64 = 1e-9;
 
-/// Overlap that may remain after the contacts have ended: this length (m) plus a fraction of the
-/// deepest contact. The fraction is needed because no translation frees a tilted part between two
-/// walls.
+/// Overlap that may remain after the contacts have ended: this length (m) plus the fraction
+/// [`SLACK_SHARE`] of the deepest contact. The fraction is needed because no translation frees a
+/// tilted part between two walls.
 const SLACK: f64 = 30e-6;
 const SLACK_SHARE: f64 = 0.5;
 /// The translation that ends a single contact is compared with the translation that ends all
 /// contacts. The two translations count as different if the ratio of their lengths and the cosine
-/// between them are below the first value. The shorter translation is the right one if the ratio is
-/// at most the second value.
+/// between them are below [`SHORTER`]. The shorter translation is the right one if the ratio is at
+/// most [`MUCH_SHORTER`].
 const SHORTER: f64 = 0.9;
 const MUCH_SHORTER: f64 = 0.5;
 /// Distance between samples along an edge, m.
@@ -257,9 +257,9 @@ fn way_out(contacts: &[TrueContact]) -> DVec3 {
 }
 
 /// Returns the contacts of corners of `own` with faces of `other`, each with its normal from
-/// `other` to `own`. `joins` gets the middle of two points, and whether they overlap. `joins`
-/// returns true if there is material at the middle of overlapping points, or air at the middle of
-/// separate points.
+/// `other` to `own`. `joins` gets the middle of the two points of a contact, and true if the
+/// contact is an overlap. `joins` returns true if there is material at the middle of an overlap, or
+/// air at the middle of a gap.
 fn corners_on_faces(
     own: Side<'_>,
     other: Side<'_>,

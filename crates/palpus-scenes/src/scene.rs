@@ -18,7 +18,7 @@ pub struct Scene {
     pub name: &'static str,
     /// Summary in one line, for a list.
     pub summary: &'static str,
-    /// Shape of body a, m. The hand holds it at its origin.
+    /// Shape of body a, m. The hand holds the body at the origin of this shape.
     pub probe: PolygonSoup,
     /// Body b, m.
     pub environment: PolygonSoup,
@@ -69,7 +69,7 @@ pub enum Motion {
 /// A second probe, which another hand holds.
 #[derive(Clone, Debug)]
 pub struct SecondTool {
-    /// Shape of the probe, m. The hand holds it at its origin.
+    /// Shape of the probe, m. The hand holds the probe at the origin of this shape.
     pub probe: PolygonSoup,
     /// Pose of the probe when the scene starts, free of contact.
     pub start: Pose,

@@ -19,6 +19,7 @@ fn body(soup: &PolygonSoup) -> Arc<Body> {
 
 /// Number of ticks of each variant, in several continuous parts of the scene's path.
 const TICKS: u32 = 600;
+/// Number of continuous parts of the path that a variant runs.
 const STRETCHES: u32 = 6;
 /// Work limit in units of work, too small for any scene.
 const HURRY: u64 = 40;

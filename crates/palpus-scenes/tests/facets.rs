@@ -17,6 +17,7 @@ const RADII: [f64; 2] = [0.008, 0.05];
 const SPEED: f64 = 0.1;
 /// Distance that the device moves on after the first contact, m.
 const PRESSED: f64 = 1.5e-3;
+/// Dynamic coefficient of friction.
 const DYNAMIC: f64 = 0.3;
 
 #[test]

@@ -19,7 +19,9 @@ use palpus_scenes::shape;
 const SIZE: DVec3 = DVec3::new(0.060, 0.040, 0.016);
 /// Mass of the block, kg.
 const MASS: f64 = 0.1;
+/// Static coefficient of friction.
 const STATIC: f64 = 0.5;
+/// Dynamic coefficient of friction.
 const DYNAMIC: f64 = 0.35;
 /// Drag of the block, 1/s.
 const DRAG: DVec3 = DVec3::splat(20.0);

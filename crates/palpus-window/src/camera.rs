@@ -65,8 +65,8 @@ pub struct Projected {
 const HALF_OPENING: f64 = 0.268;
 /// Parts that are nearer to the camera than this share of the distance are cut away.
 const NEAREST: f64 = 0.01;
-/// Smallest angle between the camera's direction and the poles, rad. Beyond it, the picture would
-/// be upside down.
+/// Largest angle of the camera's direction above or below the horizon, rad. At a larger angle, the
+/// picture would be upside down.
 const MOST_PITCH: f64 = std::f64::consts::FRAC_PI_2;
 
 impl Camera {

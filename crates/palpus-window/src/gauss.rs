@@ -39,15 +39,19 @@ use crate::sheet::{Sheet, WORD_SIZE};
 use crate::solid::Solid;
 use crate::style::{Style, Theme, encoded, linear};
 
-/// Samples along each side of a pixel.
+/// Number of samples along each side of a pixel.
 const FINENESS: usize = 2;
 /// Arcs are drawn in straight parts of at most this angle, rad.
 const ARC_PART: f64 = 0.05;
-/// Sizes relative to the sphere's radius.
+/// Half the width of an arc of the hull, relative to the sphere's radius.
 const THIN_ARC: f64 = 0.0022;
+/// Half the width of an admissible arc, relative to the sphere's radius.
 const OWN_ARC: f64 = 0.0072;
+/// Radius of the point of a face, relative to the sphere's radius.
 const FACE_POINT: f64 = 0.021;
+/// Radius of the point of a rim face, relative to the sphere's radius.
 const RIM_POINT: f64 = 0.011;
+/// Radius of the point of a borrowed normal, relative to the sphere's radius.
 const BORROWED_POINT: f64 = 0.015;
 /// Share of the radius of a hollow point that is filled with another colour.
 const HOLLOW: f64 = 0.5;

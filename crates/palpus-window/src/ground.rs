@@ -1,7 +1,7 @@
 //! The ground below a scene: a plane with a grid, and the soft shadow of the bodies on it.
 //!
-//! The ground is only drawn; bodies do not touch it. The shadow is the shadow of a large lamp
-//! overhead:
+//! The ground is only drawn; bodies do not touch it. The shadow is like the shadow below a large
+//! lamp overhead:
 //!
 //! 1. Each triangle is projected straight down into a map of the ground. A cell keeps the strongest
 //!    shade of all triangles. The shade becomes weaker with the height of the triangle.
@@ -14,15 +14,17 @@ use crate::paint::round_length;
 use crate::scene::{Scene, Unit};
 use crate::solid::Solid;
 
-/// The width of a grid cell, the lines' reach and the shadow's reach, relative to the scene's size.
+/// Width of a cell of the grid, relative to the scene's size.
 const CELL: f64 = 0.11;
+/// Reach of the lines of the grid, relative to the scene's size.
 const REACH: f64 = 1.25;
+/// Reach of the shadow, relative to the scene's size.
 const SHADOW_REACH: f64 = 0.85;
 /// Distance of the ground below the lowest point, relative to the scene's size.
 const BELOW: f64 = 0.015;
 /// Height at which the shade is weaker by a factor of e, relative to the scene's size.
 const FADE: f64 = 0.45;
-/// Cells along each side of the shadow's map, and radius of the blur in cells.
+/// Number of cells along each side of the shadow's map, and radius of the blur in cells.
 const SIDE: usize = 72;
 const BLUR: usize = 2;
 

@@ -12,6 +12,7 @@ use crate::style::{encoded, linear};
 
 /// Grid steps from the baseline to the top of a capital.
 const CAPITAL: f64 = 6.0;
+/// Height of the baseline above the bottom of the grid, grid steps.
 const BASELINE: f64 = 2.0;
 /// Half the width of a stroke, grid steps.
 const STROKE: f64 = 0.44;

@@ -24,26 +24,31 @@ const SHAFT_RADIUS: f64 = 2.2;
 const CLUSTER_SHAFT_RADIUS: f64 = 1.6;
 /// Length of an arrow of the largest shown force; larger forces do not have longer arrows.
 const LONGEST_ARROW: f64 = 150.0;
+/// Radius of the turning arrow of the largest shown torque, pixels.
 const TURNING_CIRCLE: f64 = 42.0;
 /// The smallest turning arrow, relative to the largest.
 const LEAST_TURN: f64 = 0.35;
 /// Torques below this share of the largest torque are noise and have no arrow.
 const NO_TURN: f64 = 0.004;
 
-/// Patches: radius for a force of zero and for the largest force, radius of the halo, and
-/// opacity of both.
+/// Radius of a patch for a force of zero and for the largest force.
 const PATCH_RADII: (f64, f64) = (9.0, 17.0);
+/// Radius of a patch's halo.
 const HALO_RADIUS: f64 = 34.0;
+/// Opacity of a patch.
 const PATCH_COVER: f64 = 0.75;
+/// Opacity of a patch's halo.
 const HALO_COVER: f64 = 0.16;
 
 /// Number of sides of round solids.
 const SIDES: usize = 14;
-/// The head of an arrow: its length and its radius, in radii of the shaft.
+/// Length of the head of an arrow, in radii of the shaft.
 const HEAD_LENGTH: f64 = 6.0;
+/// Radius of the head of an arrow, in radii of the shaft.
 const HEAD_RADIUS: f64 = 2.6;
-/// A turning arrow: its angle (rad), and its number of straight parts.
+/// Angle of a turning arrow, rad.
 const TURN: f64 = 1.5 * std::f64::consts::PI;
+/// Number of straight parts of a turning arrow.
 const TURN_PARTS: usize = 30;
 
 /// Triangles, world.

@@ -29,10 +29,10 @@ pub struct ShownCluster {
     pub separation: f64,
 }
 
-/// A point with friction.
+/// A point of the probe at which friction acts, and the anchor of this friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownAnchor {
-    /// The point of the probe at which friction acts.
+    /// The point of the probe.
     pub held: DVec3,
     /// Anchor of the friction.
     pub anchor: DVec3,

@@ -30,23 +30,27 @@ use crate::xray::XRay;
 pub(crate) use words::round_length;
 use words::{WORD_SIZE, words};
 
-/// Samples along each side of a pixel.
+/// Number of samples along each side of a pixel.
 const FINENESS: usize = 2;
 /// Width of the lines of a wireframe, pixels.
 const WIRE_WIDTH: f64 = 0.7;
 /// Distance from a patch to its point, towards the viewer, in radii: a patch is flat, but the
 /// surface may be curved.
 const PATCH_BEFORE: f64 = 0.5;
-/// Width in pixels, and strength of the lines of the grid and of the lines through its middle.
+/// Width of the lines of the grid, pixels.
 const GRID_WIDTH: f64 = 1.1;
+/// Strength of the lines of the grid.
 const GRID_LINE: f64 = 0.17;
+/// Strength of the lines through the middle of the grid.
 const AXIS_LINE: f64 = 0.34;
 /// Visibility of a mark behind a body.
 pub(crate) const HIDDEN: f32 = 0.38;
 /// A mark counts as in front of a surface if its depth times this value is less than the depth of
 /// the surface. Contacts lie between two surfaces, so they would otherwise be hidden.
 const BEFORE: f32 = 0.997;
+/// Opacity of the outlines of bodies.
 const OUTLINE_STRENGTH: f64 = 0.6;
+/// Opacity of the edges of the mesh.
 const WIRE_STRENGTH: f64 = 0.55;
 /// Opacity of a translucent body seen along its normal, and at a grazing angle.
 pub(crate) const COVER_SQUARE: f64 = 0.27;

@@ -9,21 +9,21 @@ use crate::solid::Solid;
 /// Counts of a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PieceNumbers {
-    /// Faces with a width.
+    /// Number of faces with a width.
     pub faces: usize,
     /// Number of faces that belong wholly or mostly to the mesh.
     pub original_faces: usize,
     /// Number of faces that only the hull has.
     pub virtual_faces: usize,
-    /// Faces of zero width along the sides of a flat piece.
+    /// Number of faces of zero width along the sides of a flat piece.
     pub rims: usize,
-    /// Corners.
+    /// Number of corners.
     pub vertices: usize,
-    /// Edges, including the edges of rims.
+    /// Number of edges, including the edges of rims.
     pub edges: usize,
-    /// Edges with admissible normals.
+    /// Number of edges with admissible normals.
     pub arcs: usize,
-    /// Neighbours' normals on the mesh that are admissible as the ends of arcs.
+    /// Number of neighbours' normals on the mesh that are admissible as the ends of arcs.
     pub borrowed: usize,
     /// Number of triangles of the mesh in the piece's patch.
     pub triangles: usize,

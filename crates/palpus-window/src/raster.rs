@@ -258,11 +258,11 @@ impl Layer {
     }
 }
 
-/// A drop of nearness by this share within a sample is an outline: half a percent of the distance
-/// to the camera.
+/// An outline is drawn at a sample if the nearness falls towards its two neighbours by more than
+/// this share in total: half a percent of the distance to the camera.
 const OUTLINE_FALL: f32 = 0.005;
 
-/// A triangle in samples.
+/// A triangle in the coordinates of the samples.
 struct Flat {
     x: [f64; 3],
     y: [f64; 3],

@@ -50,9 +50,9 @@ pub struct Scene {
     pub moment: Option<Moment>,
     /// Pose of the moment's frame (the environment's frame) in the world.
     pub moment_pose: Pose,
-    /// Force with the longest arrow, N: the device's limit.
+    /// Force that is drawn with the longest arrow, N: the device's limit.
     pub force_scale: f64,
-    /// Torque with the longest turning arrow, N·m.
+    /// Torque that is drawn with the longest turning arrow, N·m.
     pub torque_scale: f64,
     /// Title, at the top.
     pub title: String,

@@ -28,7 +28,7 @@ pub const POINT: f64 = 1e-5;
 const MARGIN: f64 = 0.08;
 /// Capacity for the contacts at a point.
 const CAPACITY: usize = 1024;
-/// Rows that one worker computes at a time.
+/// Number of rows that one worker computes at a time.
 const ROWS_PER_PART: usize = 16;
 
 /// The model's axis that is normal to a plane.
@@ -187,7 +187,7 @@ pub struct Section {
     pub low: [f64; 2],
     /// Distance between samples, m.
     pub cell: f64,
-    /// Samples in a row.
+    /// Number of samples in a row.
     pub columns: usize,
     /// Number of rows.
     pub rows: usize,

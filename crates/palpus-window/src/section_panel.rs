@@ -30,12 +30,17 @@ pub enum Shown {
 const CONTOURS: f64 = 7.0;
 /// With more pieces than this, outlines are not drawn, since they would cover the picture.
 const MOST_OUTLINED: usize = 300;
-/// Lengths, nominal pixels.
+/// Width of the stripes, nominal pixels.
 const STRIPE: f64 = 5.0;
+/// Half the width of the outline of the surface, nominal pixels.
 const OUTLINE: f64 = 1.1;
+/// Half the width of a contour line, nominal pixels.
 const CONTOUR: f64 = 0.55;
+/// Half the width of the outline of a piece, nominal pixels.
 const PIECE_OUTLINE: f64 = 0.35;
+/// Opacity of contour lines.
 const CONTOUR_STRENGTH: f64 = 0.65;
+/// Opacity of the outlines of pieces.
 const PIECE_STRENGTH: f64 = 0.4;
 /// Smallest distance between contour lines, pixels.
 const CONTOUR_GAP: f64 = 5.0;
@@ -76,14 +81,14 @@ pub struct SectionOf<'a> {
 /// Scale of the colours and of the contour lines, in the body's unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
-    /// Depth with the last colour.
+    /// Depth that is shown with the last colour of the scale.
     pub(crate) deepest: f64,
     /// Distance between contour lines.
     pub(crate) step: f64,
 }
 
-/// Draws one panel without text, `width` by `height` pixels. `deepest`: depth with the last
-/// colour of the scale.
+/// Draws one panel without text, `width` by `height` pixels. `deepest`: depth that is shown with
+/// the last colour of the scale.
 pub fn paint_section_panel(
     shown: &SectionOf<'_>,
     which: Shown,

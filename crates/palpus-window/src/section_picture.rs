@@ -14,9 +14,11 @@ use crate::section_panel::{
 use crate::sheet::{Area, Sheet, WORD_SIZE};
 use crate::style::Style;
 
-/// Lengths, nominal pixels.
+/// Width that is left for the scale and its numbers, nominal pixels.
 const SCALE_ROOM: f64 = 104.0;
+/// Width of the scale, nominal pixels.
 const SCALE_WIDTH: f64 = 16.0;
+/// Gap between panels, and beside the scale, nominal pixels.
 const GAP: f64 = 12.0;
 
 /// Draws all panels with text and a scale.

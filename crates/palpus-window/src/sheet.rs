@@ -5,13 +5,17 @@ use crate::marks::NOMINAL_HEIGHT;
 use crate::picture::{Picture, Rgb};
 use crate::style::{Colours, Style};
 
-/// Lengths, nominal pixels.
+/// Distance of the text from the edges, nominal pixels.
 const MARGIN: f64 = 22.0;
+/// Size of the letters of the title, nominal pixels.
 const TITLE_SIZE: f64 = 19.0;
+/// Size of the other letters, nominal pixels.
 pub(crate) const WORD_SIZE: f64 = 13.0;
-/// Heights of the head (title and caption) and of the legend, nominal pixels.
+/// Height of the head (title and caption), nominal pixels.
 const HEAD: f64 = 98.0;
+/// Distance between two lines of the caption, nominal pixels.
 const LINE: f64 = 1.7 * WORD_SIZE;
+/// Height of the legend, nominal pixels.
 const FOOT: f64 = 46.0;
 
 /// A part of a page, pixels: left, top, width, height.

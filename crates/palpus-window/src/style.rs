@@ -175,6 +175,7 @@ pub(crate) fn encoded(light: DVec3) -> Rgb {
 const HUE_STEP: f64 = 0.618_033_988_749_894_9;
 /// Consecutive pieces also alternate in lightness by this much.
 const LIGHTNESS_STEPS: [f64; 3] = [0.0, 0.07, -0.08];
+/// Saturation of the colours, from 0 to 1.
 const SATURATION: f64 = 0.44;
 
 /// Returns the colour of piece `k`, as linear light.

@@ -68,7 +68,7 @@
 //! The engine consists of pure functions of values. The engine has no input or output, no threads,
 //! no clock and no globals. Units are SI (metres, seconds, newtons, newton-metres, radians) unless
 //! a name says otherwise; frames are right-handed. Body **a** is the probe, body **b** the
-//! environment; a contact normal is unit and points from body b into body a;
+//! environment; a contact normal has the length 1 and points from body b into body a;
 //! `point_a − point_b = separation · normal`.
 //!
 //! With the feature `serde`, settings, poses, wrenches and contacts can be serialized.

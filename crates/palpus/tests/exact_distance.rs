@@ -1,8 +1,8 @@
 //! Distances between bodies of very different size, compared with all pairs of triangles.
 //!
-//! The bodies are turned, so their coordinates are not round. Their surfaces have what makes the
-//! pieces differ from the mesh: vertices off their plane by 1e-9 to 1e-7 of the size, coordinates
-//! rounded to a decimal grid, and facets that are coplanar but for a tiny bend.
+//! The bodies are turned, so their coordinates are not round. Three properties of their surfaces
+//! make the pieces differ from the mesh. Vertices lie off their plane by 1e-9 to 1e-7 of the size.
+//! Coordinates are rounded to a decimal grid. Facets are coplanar except for a tiny bend.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ const SEED: u64 = 0x5AFE_D157;
 /// Relative to the size of the smaller body: the largest error of a distance.
 const BOUND: f64 = 1e-9;
 
-/// Pairs of bodies, and poses of each pair.
+/// Number of pairs of bodies, and number of poses of each pair.
 const PAIRS: usize = 18;
 const POSES: usize = 12;
 
@@ -82,7 +82,7 @@ impl Worst {
     }
 }
 
-/// Kinds of bodies.
+/// Number of kinds of bodies.
 const KINDS: usize = 6;
 
 /// Returns a body of about this size, in its own frame, and its name.
@@ -120,7 +120,7 @@ fn body(soup: &PolygonSoup) -> Arc<Body> {
     Arc::new(Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a closed mesh"))
 }
 
-/// Places a near a random triangle of b: at a random pose, or flush with the triangle but for a
+/// Places a near a random triangle of b: at a random pose, or flush with the triangle except for a
 /// tiny tilt.
 fn near(random: &mut Random, query: &ContactQuery, pose: usize, small: f64) -> Pose {
     let (a, b) = (query.a().mesh(), query.b().mesh());
@@ -129,7 +129,7 @@ fn near(random: &mut Random, query: &ContactQuery, pose: usize, small: f64) -> P
     let (from, to) = (middle(a.triangle_points(on_a)), middle(b.triangle_points(on_b)));
     let normal = b.triangle_normal(on_b);
     let facing = DQuat::from_rotation_arc(a.triangle_normal(on_a), -normal);
-    // A strongly turned body needs room.
+    // A body with a large rotation gets a larger gap, so that it does not overlap b.
     let (angle, least_gap): (f64, f64) = match pose % 4 {
         0 => (0.0, 1e-5),
         1 => (10f64.powf(random.between(-10.0, -3.0)), 1e-5),
@@ -145,7 +145,7 @@ fn rotation(random: &mut Random) -> DQuat {
     DQuat::from_axis_angle(random.direction(), random.between(0.0, 3.0))
 }
 
-/// A sphere by latitude and longitude, moved by `place`.
+/// Returns a sphere, divided by latitude and longitude and moved by `place`.
 fn globe(place: impl Fn(DVec3) -> DVec3) -> PolygonSoup {
     const BANDS: u32 = 14;
     const SIDES: u32 = 24;
@@ -173,8 +173,8 @@ fn globe(place: impl Fn(DVec3) -> DVec3) -> PolygonSoup {
     soup
 }
 
-/// A box whose faces are grids of triangles. `rise` moves each vertex outward from the box, along
-/// the axis of its face.
+/// Returns a box whose faces are grids of triangles. `rise` returns the distance by which a vertex
+/// is moved outward, along the axis of its face.
 fn blocks(half: DVec3, mut rise: impl FnMut(DVec3) -> f64) -> PolygonSoup {
     const CELLS: i32 = 6;
     let mut soup = PolygonSoup::new();
@@ -276,8 +276,8 @@ fn on_triangle(p: DVec3, t: &[DVec3; 3]) -> DVec3 {
 }
 
 /// Returns the distance of the points of two segments that are nearest to the other line. For
-/// nearly parallel segments these points are inexact, but so near to parallel that the closest
-/// points of the corners are just as near.
+/// nearly parallel segments these points are inexact, but then the closest points of the corners
+/// are just as near.
 fn between_lines(p: DVec3, q: DVec3, u: DVec3, v: DVec3) -> f64 {
     let (d, e) = (q - p, v - u);
     let across = d.cross(e);

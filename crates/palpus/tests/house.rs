@@ -1,15 +1,14 @@
 //! Tests the rules of ARCHITECTURE.md about imports.
 //!
-//! 1. A room (top-level module) of the engine imports only rooms that come before it in the
+//! 1. A top-level module of the engine imports only top-level modules that come before it in the
 //!    alphabet.
 //! 2. Imports between the members of a folder form no cycles. A file and the folder of its name
 //!    count as one member. Tests are ignored.
 //! 3. A crate imports another crate only if the drawing in ARCHITECTURE.md has an arrow between the
 //!    two.
 //!
-//! A file imports the targets of all paths in it, both in `use` and in code. A `pub use` does not
-//! count as an import. A path through a `pub use` counts as an import of the file that defines the
-//! item.
+//! Every path in a file counts as an import, in `use` and in code. A `pub use` does not count as an
+//! import. A path through a `pub use` counts as an import of the file that defines the item.
 
 mod house {
     pub(crate) mod circles;
@@ -26,7 +25,7 @@ use house::circles::{Needs, circles};
 use house::crates::arrows;
 use house::modules::Modules;
 
-/// The rooms in their required order.
+/// The top-level modules of the engine, in their required order.
 const ROOMS: [&str; 7] = ["algebra", "body", "collision", "depth", "detect", "force", "render"];
 
 /// The known cycles, as folder and members. Do not add a cycle to this list.
@@ -80,7 +79,8 @@ fn engine(tests: bool) -> Modules {
     Modules::read(&|file| fs::read_to_string(source.join(file)).ok(), tests)
 }
 
-/// Returns a message for each import of a room that is not before the importing room in the order.
+/// Returns a message for each import of a top-level module that is not before the importing module
+/// in the order.
 fn against_the_order(modules: &Modules, rooms: &[&str]) -> Vec<String> {
     let mut broken = Vec::new();
     for (path, module) in &modules.0 {
@@ -158,8 +158,8 @@ fn crates_import_only_along_the_drawn_arrows() {
     assert_eq!(found.len(), ARROWS.len(), "the drawing has a crate that does not exist");
 }
 
-/// Returns the modules of an example crate with the rooms `body` and `depth`. The arguments are the
-/// texts of `body/first.rs`, `body/second.rs` and `body/second/inner.rs`.
+/// Returns the modules of an example crate with the top-level modules `body` and `depth`. The
+/// arguments are the texts of `body/first.rs`, `body/second.rs` and `body/second/inner.rs`.
 fn example(first: &str, second: &str, inner: &str) -> Modules {
     let text_of = |file: &str| {
         let text = match file {

@@ -32,8 +32,8 @@ impl Grid {
         let origin = bounds.min - DVec3::splat(size * (f64::from(margin) + 0.5));
         let counts = ((bounds.max - origin) / size).floor() + DVec3::splat(f64::from(margin) + 1.0);
         let needed = counts.x * counts.y * counts.z * bytes as f64;
-        // The limit of half of u32 keeps voxel numbers different from the mark for "no voxel", and
-        // counts within i32.
+        // With at most half as many voxels as u32 has values, no voxel's number equals the mark for
+        // "no voxel", and counts fit into i32.
         if needed <= memory as f64 && needed < f64::from(u32::MAX / 2) * bytes as f64 {
             Ok(Self { origin, size, counts: whole(counts) })
         } else {
@@ -150,8 +150,8 @@ mod tests {
                     "seed {SEED:#x}, round {round}"
                 );
             }
-            // A voxel must not be met if its circumscribed sphere misses the triangle. It must be
-            // met if its inscribed sphere touches the triangle.
+            // The triangle does not meet a voxel if it misses the voxel's circumscribed sphere. It
+            // meets the voxel if it touches the voxel's inscribed sphere.
             for (voxel, &met) in met.iter().enumerate() {
                 let center = grid.center(voxel);
                 let distance = closest_on_triangle(center, p, q, r).distance(center);

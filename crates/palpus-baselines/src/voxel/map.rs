@@ -39,8 +39,8 @@ const BYTES: usize = 1 + 4;
 impl Voxmap {
     /// Makes voxels of `size` (m) whose force field lies `offset` layers outside the surface.
     pub(super) fn new(body: &Body, size: f64, offset: u32, memory: usize) -> Result<Self, BaselineError> {
-        // One additional layer is for braking. Another, free layer connects the whole outside
-        // space.
+        // One additional layer is for braking. Another layer stays free and connects the whole
+        // outside space.
         let margin = offset.min(MOST_LAYERS) as i32 + 2;
         let grid = Grid::around(&body.mesh().bounds(), size, margin, BYTES, memory)?;
         let surface = surface_voxels(body, &grid);

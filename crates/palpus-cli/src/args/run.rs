@@ -59,8 +59,8 @@ pub(crate) struct RunArguments {
     /// [default: the scene's, or smooth].
     #[arg(long, value_enum, value_name = "METHOD")]
     pub(crate) clustering: Option<ClusteringMethod>,
-    /// Damps as soon as the loop has generated any energy. By default, damping begins above the
-    /// work of the peak force over half a millimetre.
+    /// Damps as soon as the loop has generated any energy. By default, damping begins when this
+    /// energy exceeds the peak force times half a millimetre.
     #[arg(long)]
     pub(crate) passive: bool,
     /// Opens no window. This is the default without a display, and with --fast, --json or

@@ -33,7 +33,7 @@ struct Cluster {
     contacts: u32,
 }
 
-/// Clusters in the paper's picture: one penetrates, and three are within the tolerance.
+/// Numbers of clusters in the paper's picture: one penetrates, and three are within the tolerance.
 const PENETRATING: usize = 1;
 const DISJOINT: usize = 3;
 

@@ -39,7 +39,7 @@ pub(crate) struct Load {
     pub(crate) busiest: Vec<Program>,
 }
 
-/// Most programs that the report names.
+/// Largest number of programs that the report names.
 const NAMED: usize = 3;
 /// Load (in cores) below which the report does not name a program.
 const LEAST_NAMED: f64 = 0.05;

@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Machine {
     pub(super) system: &'static str,
-    /// Cores that the program may use.
+    /// Number of cores that the program may use.
     pub(super) cores: Option<usize>,
     /// Isolated cores, in the kernel's list format: the scheduler puts no ordinary work on them.
     pub(super) isolated_cores: Option<String>,
@@ -45,7 +45,7 @@ impl Machine {
         }
     }
 
-    /// Returns names and values, for people.
+    /// Returns the names and values as text for the report.
     pub(super) fn lines(&self) -> [(&'static str, String); 4] {
         let unknown = || "not known here".to_owned();
         let of = |value: &Option<String>| value.clone().unwrap_or_else(unknown);

@@ -20,22 +20,32 @@ impl Svg {
 
 /// Width of a drawing, in its own units: pixels at its natural size.
 const WIDTH: f64 = 820.0;
+/// Distance of a panel from the left edge.
 const LEFT: f64 = 66.0;
+/// Distance of a panel from the right edge.
 const RIGHT: f64 = 18.0;
+/// Height of the title of the figure.
 const TITLE_HEIGHT: f64 = 34.0;
+/// Height of the title of a panel.
 const CAPTION_HEIGHT: f64 = 26.0;
+/// Height of a row of the legend.
 const LEGEND_HEIGHT: f64 = 17.0;
+/// Height of the area of the curves.
 const PLOT_HEIGHT: f64 = 140.0;
+/// Height of the numbers below a panel.
 const TICKS_HEIGHT: f64 = 20.0;
+/// Height of the name of the x axis.
 const X_LABEL_HEIGHT: f64 = 20.0;
+/// Empty height at the bottom.
 const BOTTOM: f64 = 6.0;
 /// Approximate width of a letter.
 const LETTER: f64 = 6.7;
+/// Width of the sample of a colour in the legend.
 const SWATCH: f64 = 18.0;
 /// Curves with at most this many points are drawn without thinning.
 const FEW_POINTS: usize = 20;
-/// Columns of a long curve: two for each pixel of a phone. Each column shows its smallest and its
-/// largest value.
+/// Number of columns of a long curve: about one for each pixel of a phone. Each column shows its
+/// smallest and its largest value.
 const BINS: usize = 400;
 /// Smallest visible width of a band, pixels.
 const LEAST_BAND: f64 = 0.75;

@@ -34,12 +34,12 @@ pub(crate) struct Series {
 /// How a panel's series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Drawn {
-    /// As curves.
+    /// Curves of constant width.
     Lines,
     /// Curves that are thicker within the shaded intervals (the paper's Figure 6).
     ThickInBands,
-    /// A [`histogram`]: x are the middles of its bins, y the numbers of samples on a logarithmic
-    /// scale.
+    /// A [`histogram`]: x are the middles of its bins, and y are the numbers of samples on a
+    /// logarithmic scale.
     Bars,
 }
 
@@ -98,7 +98,7 @@ pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64
     bands
 }
 
-/// Bins of a histogram.
+/// Number of bins of a histogram.
 const BINS: usize = 60;
 
 /// Values more than this many powers of ten below the largest value count as rounding errors.

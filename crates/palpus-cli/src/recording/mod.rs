@@ -31,7 +31,8 @@ use crate::{files, output, tools, when};
 pub(crate) use pen::first_part;
 use pen::{Messages, Pen};
 
-/// Entries that may wait for the writer: half a second at the highest rate.
+/// Largest number of entries that wait for the writer: a third of a second at the highest rate (100
+/// kHz).
 const QUEUED: usize = 1 << 15;
 
 /// Items of the queue.

@@ -1,8 +1,9 @@
 //! The writer of a recording: its file, and further parts when the file becomes too large.
 //!
 //! **Limit.** The first file may take half of the total size. The first file begins with the run,
-//! so that it can be replayed. Later ticks go into parts of a quarter each, `run-part2.csv` and so
-//! on. The newest two parts are kept, because the ticks before a fault are at the end of a run.
+//! so that it can be replayed. Later ticks go into parts (`run-part2.csv` and so on), each of a
+//! quarter of the total size. The newest two parts are kept, because the ticks before a fault are
+//! at the end of a run.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -20,7 +21,7 @@ use crate::{files, output};
 /// Header key under which a part names its recording and its number.
 const SECTION: &str = "part";
 
-/// Later parts that are kept.
+/// Number of later parts that are kept.
 const KEPT: usize = 2;
 
 /// Messages of the writer while it writes.

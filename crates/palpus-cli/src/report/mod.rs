@@ -79,8 +79,9 @@ fn is_recording(path: &Path) -> bool {
     read.is_ok() && BEGINS.iter().any(|known| begin.starts_with(known))
 }
 
-/// CSV with palpus's header, Parquet, MCAP.
+/// First bytes of recordings: CSV with palpus's header, Parquet, MCAP.
 const BEGINS: [&[u8]; 3] = [b"# format = ", b"PAR1", b"\x89MCAP0\r\n"];
+/// Number of bytes that are read to recognise a recording.
 const LONGEST_BEGIN: u64 = 16;
 
 /// Returns the file of a recording's page, in the recording's folder. Recordings with the same name

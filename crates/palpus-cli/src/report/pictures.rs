@@ -31,7 +31,7 @@ pub(crate) enum Frame {
 pub(crate) struct Shot {
     pub(crate) frame: Frame,
     pub(crate) view: View,
-    /// Torque with the longest arrow, N·m.
+    /// Torque that is drawn with the longest arrow, N·m.
     pub(crate) torque_max: f64,
     /// Style of the paper's Figure 4: only the forces of the clusters, in the colours of the
     /// contacts.

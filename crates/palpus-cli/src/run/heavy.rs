@@ -12,11 +12,12 @@ use super::Plan;
 
 /// Number of rests of the hand.
 const RESTS: u32 = 9;
-/// Ticks on the way to a rest.
+/// Number of ticks in which the hand moves to a rest.
 const GOING: u32 = 30;
-/// Ticks of a rest. With the ticks before it, all rests take at most a quarter of a second.
+/// Number of ticks of a rest. All rests, with the motions to them, take at most a quarter of a
+/// second.
 const RESTING: u32 = 15;
-/// Ticks at the end of a rest that count.
+/// Number of ticks at the end of a rest that count.
 const SETTLED: u32 = 5;
 /// A pair is heavy if at least this many rests end with most contacts extrapolated.
 const HEAVY_RESTS: u32 = 2;

@@ -50,9 +50,9 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// Plans a run on `stage`, called `name`, for the tool with the arguments `typed`. If this tool
-    /// starts inside one of the tools `after` it (with their start poses, world), this tool has to
-    /// leave. `in_window`: the run has keys, and without a duration the run lasts until it is
-    /// stopped.
+    /// starts inside one of the tools `after` it (with their start poses, world), `--lead-out`
+    /// moves this tool. `in_window`: the run has keys, and without a duration the run lasts until
+    /// it is stopped.
     pub(super) fn new(
         arguments: &RunArguments,
         typed: &ToolArguments<'_>,

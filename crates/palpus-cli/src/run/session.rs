@@ -5,11 +5,12 @@
 //! servo thread wait.
 //!
 //! **Recordings.** A recording that begins with the run can be replayed bit for bit, including
-//! changes of settings. A recording that begins later cannot, because it lacks the state of engine,
-//! tool, friction and safety chain at its first tick. To reset this state would release friction,
-//! move the tool to the device (even behind a wall) and ramp the force again, which the user would
-//! feel. A recording that begins later keeps the run's tick numbers, by which `palpus replay`
-//! recognises it. For a replay, record the run from its beginning, which is the default.
+//! changes of settings. A recording that begins later cannot be replayed, because it lacks the
+//! state of engine, tool, friction and safety chain at its first tick. To reset this state would
+//! release friction, move the tool to the device (even behind a wall) and ramp the force again,
+//! which the user would feel. A recording that begins later keeps the run's tick numbers, by which
+//! `palpus replay` recognises it. For a replay, record the run from its beginning, which is the
+//! default.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,12 +1,13 @@
 //! A histogram of durations in preallocated buckets: 64 buckets for each octave, so that each
 //! duration is known to 1.6 %.
 
-/// Buckets of an octave.
+/// Number of buckets of an octave.
 const PARTS: u64 = 64;
 /// Base-2 logarithm of the number of buckets in an octave.
 const PARTS_LOG: u32 = 6;
 /// log₂ of the longest duration with a bucket of its own, ns: 17 s.
 const LONGEST_LOG: u32 = 34;
+/// Number of buckets.
 const COUNT: usize = (PARTS * (LONGEST_LOG - PARTS_LOG + 1) as u64) as usize;
 
 /// Number of durations in each bucket.

@@ -52,9 +52,11 @@ use report::{Report, Stretch};
 use scene::{Ground, Hand};
 use tally::{Interval, Tally};
 
-/// The intervals of the report are a minute, or a part of the duration in short runs.
+/// Length of an interval of the report, except in short runs.
 const INTERVAL: Duration = Duration::from_secs(60);
+/// Smallest number of intervals; intervals are shorter in short runs.
 const INTERVALS_AT_LEAST: u32 = 20;
+/// Shortest length of an interval.
 const SHORTEST_INTERVAL: Duration = Duration::from_millis(500);
 /// Polling interval of this thread.
 const LOOK: Duration = Duration::from_millis(100);

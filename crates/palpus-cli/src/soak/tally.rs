@@ -16,13 +16,13 @@ pub(super) struct Interval {
     pub(super) ticks: u64,
     pub(super) lateness: Buckets,
     pub(super) step: Buckets,
-    /// Ticks that began more than half a millisecond late.
+    /// Number of ticks that began more than half a millisecond late.
     pub(super) late: u64,
-    /// Ticks that wrote their wrench more than a period after they were due.
+    /// Number of ticks that wrote their wrench more than a period after they were due.
     pub(super) overruns: u64,
     pub(super) contacts: u64,
     pub(super) contacts_max: u32,
-    /// Ticks with a contact.
+    /// Number of ticks with a contact.
     pub(super) touching: u64,
     /// Number of times that contact began.
     pub(super) touches: u64,

@@ -16,7 +16,7 @@ use crate::engine::Engine;
 use crate::run::WatchedTick;
 use crate::stage::Stage;
 
-/// Batches of ticks that may wait, one for each frame of the window.
+/// Largest number of batches of ticks that wait; each frame of the window adds one batch.
 const MOST_BATCHES: usize = 16;
 
 /// See the module's description.

@@ -4,7 +4,7 @@
 //! The scene gets a new folder next to the recordings, with both meshes and a scene file. The new
 //! scene is then prepared, recorded, replayed and edited like any other scene.
 //!
-//! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes from CAD
+//! 1. An opened mesh is read and moved so that the middle of its box is its origin. Meshes from CAD
 //!    may be far from their origin, and the hand holds a probe at the origin.
 //! 2. A body that stays is written with its original content, so that it is not prepared again.
 //! 3. The probe starts above the environment, at a distance from it. The hand has no path and moves

@@ -42,6 +42,7 @@ pub(crate) const WHOLE: Part = Part { low: [0, 0], high: [1300, 900] };
 
 /// Time limit for any action, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// Time between two looks at the window.
 const LOOK: Duration = Duration::from_millis(200);
 
 impl Display {

@@ -29,10 +29,13 @@ pub const READY: u32 = 1;
 /// State flag: the device gives no force now, whatever wrench is commanded.
 pub const WITHHELD: u32 = 2;
 
+/// Size of the header of a frame, bytes.
 const HEADER: usize = 32;
 /// Offset of the header's CRC-32.
 const CHECK: std::ops::Range<usize> = 12..16;
+/// Size of the device's name in a welcome, bytes.
 const NAME: usize = 64;
+/// Size of the reason in a close frame, bytes.
 const REASON: usize = 96;
 /// Largest deviation of a quaternion from unit length. This limit allows single precision and
 /// decimal fractions of a few digits.

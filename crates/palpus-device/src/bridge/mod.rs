@@ -136,7 +136,7 @@ pub struct BridgeDevice {
     known: Sensed,
     /// Time of the last read.
     read: Option<Instant>,
-    /// Number of wrenches that the listener had ended at the last read.
+    /// Number of wrenches that the listener had replaced with zero at the last read.
     interruptions: u64,
     /// Number of zero commands that the listener had sent at the last write.
     idle: u64,

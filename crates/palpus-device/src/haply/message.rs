@@ -23,7 +23,7 @@ const GRIPS: [&str; 3] = ["custom_verse_grip", "wireless_verse_grip", "verse_gri
 
 /// Names of buttons. The position in this list is the bit of the button.
 const BUTTONS: [&str; 10] = ["a", "b", "c", "d", "e", "f", "down", "up", "right", "left"];
-/// Number of buttons of a grip by its array. Services may omit buttons in the first message.
+/// Number of buttons of the grips in each array. Services may omit buttons in the first message.
 const BUTTONS_OF_GRIPS: [(&str, u8); 3] = [("custom_verse_grip", 3), ("wireless_verse_grip", 3), ("verse_grip", 1)];
 
 /// Largest deviation of a quaternion from unit length. The service writes single precision, from

@@ -158,7 +158,7 @@ fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample,
 
 /// Returns the grip that belongs to `arm`, and the reason for the choice.
 ///
-/// A pairing decides; either the arm or the grip may state it. If the paired grip is missing, no
+/// The arm or the grip may state a pairing, which decides. If the paired grip is missing, no
 /// other grip is used. Arms and grips without a pairing are matched in the service's order.
 fn grip_of<'a>(arm: &Arm, inventory: &'a Inventory, pairing: Option<&Value>) -> (Option<&'a Grip>, &'static str) {
     let Inventory { arms, grips } = inventory;

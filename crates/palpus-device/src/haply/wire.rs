@@ -145,7 +145,7 @@ impl Wire {
 pub(super) enum Failed {
     /// No service accepts the connection.
     NoService(String),
-    /// A program accepts the connection, but not as the service does.
+    /// A program accepts the connection, but does not answer as the service does.
     NotUnderstood(String),
 }
 

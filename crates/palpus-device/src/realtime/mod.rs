@@ -242,7 +242,8 @@ mod tests {
         assert!(!why.contains("cannot be started") && !why.is_empty(), "{why}");
         let granted = Claimed::Granted("SCHED_FIFO 81".to_owned());
         assert_eq!(rehearsed(Ok(Ok(granted.clone()))), granted);
-        // With a priority for the loop, the watchdog gets one more, or the result says why not.
+        // If the loop gets a priority, the watchdog gets a higher priority, or the result says why
+        // it does not.
         let options = RealTimeOptions { lock_memory: false, pin: false, ..RealTimeOptions::default() };
         let claims = std::thread::spawn(move || claim(&options)).join().unwrap();
         match (&claims.priority, &claims.watchdog) {

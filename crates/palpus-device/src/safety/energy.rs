@@ -15,24 +15,24 @@
 //!    can take back. Force and torque are each at most the component of the wrench along the
 //!    motion, plus the force of a damper that the device can render stably. Near rest, where the
 //!    direction of a velocity is noise, both fade out.
-//! 4. *Onset*: a contact that is pressed while the gain of the engagement rises would return more
-//!    energy than it took. So from the ramp until the wrench is next near zero there is no
-//!    allowance, and the controller acts early: the hand gets back at most its credit per [`LEAD`]
-//!    seconds, so the credit never ends. Of the credit, only the part counts that is certain
-//!    whatever the grip does within an encoder step. A load at rest is not reduced: only motion
-//!    beyond the noise of a grip at rest counts, and the chain passes the part of the velocity that
-//!    the poses confirm.
+//! 4. *Onset* (contact during the ramp): a contact that is pressed while the gain of the engagement
+//!    rises would return more energy than it took. So there is no allowance from the start of the
+//!    ramp until the wrench is next near zero. The controller acts before the credit is used up: in
+//!    each [`LEAD`] seconds, the hand gets back at most the credit that is left. The credit is
+//!    reduced by the energy that may be wrong because the motion within an encoder step is unknown.
+//!    A load at rest is not reduced: only motion beyond the noise of a grip at rest counts, and the
+//!    chain passes only the part of the velocity that agrees with the poses.
 //!
-//! Energy that the controller takes back acts later and is observed then, so nothing is counted
-//! twice.
+//! Damping that the controller adds acts in a later tick, and its work is observed in that tick. So
+//! no energy is counted twice.
 //!
 //! If a loop has several tools, another tool may push this tool, and the energy comes from another
 //! hand. So a tool may pass on the energy that it got from contact with other tools, as long as
 //! such contact gives no more energy than it takes ([`ContactAccount`]).
 //!
 //! Differences from HR02: the account uses the wrench that acted, with its delay, instead of the
-//! commanded wrench. Step 3 has two bounds. A small excess is allowed, since sensed positions have
-//! steps.
+//! commanded wrench. Step 3 bounds the energy and the force that it takes back. A small excess is
+//! allowed, since sensed positions have steps.
 
 use glam::DVec3;
 use palpus::algebra::{Twist, Wrench};
@@ -195,7 +195,7 @@ impl EnergyAccount {
     /// Takes the gain of the engagement, by which the result of [`Self::limit`] will be multiplied:
     /// below 1 while the device ramps. Returns true if the next result removes energy that the ramp
     /// adds; this counts as [`super::Cut::Engagement`]. Called before [`Self::limit`], whose state
-    /// then has only the velocity that the poses confirm.
+    /// then has only the part of the velocity that agrees with the poses.
     pub fn ramp(&mut self, gain: f64) -> bool {
         self.gain = gain;
         if gain < 1.0 {
@@ -236,9 +236,10 @@ impl EnergyAccount {
         }
     }
 
-    /// Steps 3 and 4: returns the share to take back of `payable`, the largest power (W) that both
-    /// kinds of motion can pay. `power`: of the computed wrench, W. `released`: it is near zero.
-    /// `dt`: duration of the coming tick, s.
+    /// Steps 3 and 4: returns the share to take back of `payable`, the largest power (W) that can
+    /// be taken from both kinds of motion. `power` is the power of the computed wrench, W.
+    /// `released` is true if the computed wrench is near zero. `dt` is the duration of the coming
+    /// tick, s.
     fn share_taken(&self, payable: f64, power: f64, released: bool, dt: f64) -> f64 {
         let (excess, payable, dt) = match self.onset {
             None => (self.given - self.allowance, payable, dt),

@@ -1,8 +1,9 @@
 //! Thermal limit between peak and continuous rating (I²t).
 //!
 //! Motors can hold their peak for seconds and their continuous rating without limit. The heat is
-//! proportional to the square of the current, and the current to the force. The temperature of a
-//! winding follows this square like a first-order low-pass with the thermal time constant τ:
+//! proportional to the square of the current, and the current is proportional to the force. The
+//! temperature of a winding follows this square like a first-order low-pass with the thermal time
+//! constant τ:
 //!
 //! h' = (F² − h) / τ, where h must stay at or below F_continuous².
 //!
@@ -24,8 +25,8 @@ pub(super) struct Heat {
 }
 
 impl Heat {
-    /// Starts cold. `time`: thermal time constant of the windings, s. `peak`, `continuous`: N or
-    /// N·m.
+    /// Starts cold. `time` is the thermal time constant of the windings, s. `peak` and `continuous`
+    /// are the peak and the continuous force (N) or torque (N·m).
     pub(super) fn new(peak: f64, continuous: f64, time: f64) -> Self {
         Self { peak, continuous: continuous.min(peak), time, heat: 0.0 }
     }

@@ -45,12 +45,12 @@ const OWN_TURN: f64 = 0.04;
 /// Play, as a fraction of both thresholds above. Motion within the play adds nothing to the path,
 /// so an encoder that alternates between two steps (0.03 mm) has no path.
 const PLAY: f64 = 0.05;
-/// Work in a cycle, relative to swing times path, above which the wrench drives the grip. A passive
-/// wall with a delay of 1.5 ms has a ratio of 0.04 at 10 Hz. A limit cycle must supply the
-/// losses of the hand's damping, which are 0.07 and more.
+/// The wrench drives the grip if its work in a cycle is more than this share of the product of
+/// swing and path. A passive wall with a delay of 1.5 ms has a ratio of 0.04 at 10 Hz. A limit
+/// cycle must supply the losses of the hand's damping, which are 0.07 and more.
 const DRIVEN: f64 = 0.05;
-/// Number of unexplained half cycles of a limit cycle. Each explained half cycle subtracts two. An
-/// impact rings for two or three half cycles.
+/// Number of unexplained half cycles of a limit cycle. Each explained half cycle reduces the number
+/// by two. An impact rings for two or three half cycles.
 const HALF_CYCLES: u32 = 8;
 /// Shortest duration of a limit cycle, s.
 const LEAST_TIME: f64 = 0.05;

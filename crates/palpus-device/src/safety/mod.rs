@@ -16,10 +16,10 @@
 //! | 9 watchdog | the loop is late or has stalled | zero; a fault |
 //!
 //! A fault removes the wrench in the tick in which it is detected. Then the chain only damps the
-//! grip, with at most a tenth of the peak, along the part of the reported velocity that the poses
-//! confirm. The chain does not damp while the motion itself is implausible. The force returns only
-//! through the engagement ([`Phase`]); after three faults in ten seconds the user must also press a
-//! button or key.
+//! grip, with at most a tenth of the peak. The damping acts against the part of the reported
+//! velocity that agrees with the poses. The chain does not damp while the motion itself is
+//! implausible. The force returns only through the engagement ([`Phase`]); after three faults in
+//! ten seconds the user must also press a button or key.
 //!
 //! The commanded wrench never changes by more than the slew limit from one message to the next. So
 //! the peak falls to zero within 2 ms after a fault.
@@ -294,7 +294,7 @@ impl SafetyChain {
         within
     }
 
-    /// Stage 6.
+    /// Stage 6: limits the wrench to the peak.
     fn saturated(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let peak = Limits { force: self.limits.force_peak, torque: self.limits.torque_peak };
         let answer = saturate(*wrench, &peak, self.saturation);
@@ -302,7 +302,7 @@ impl SafetyChain {
         answer.wrench
     }
 
-    /// Stage 7.
+    /// Stage 7: limits the wrench to what the motors can give at their heat.
     fn cooled(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let answer = saturate(*wrench, &self.heat_caps(), Saturation::Separate);
         cuts.note(Cut::Heat, answer.force_cut || answer.torque_cut);
@@ -318,7 +318,7 @@ impl SafetyChain {
         answer.wrench
     }
 
-    /// Stage 8.
+    /// Stage 8: gives the part of the wrench that the engagement allows.
     fn engaged(&mut self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         if cuts.has(Cut::Ending) {
             let ramp = self.limits.ramp;
@@ -382,8 +382,7 @@ impl SafetyChain {
     }
 }
 
-/// Returns `to`, and false. If `to` is farther than `most` from `from`, returns the point at
-/// distance `most` on the way to `to`, and true.
+/// Moves from `from` towards `to`, by at most `most`. The flag is true if the end was not reached.
 fn step_towards(from: DVec3, to: DVec3, most: f64) -> (DVec3, bool) {
     let way = to - from;
     // Scales first, since squares and differences of finite numbers may overflow.

@@ -2,10 +2,10 @@
 //!
 //! The velocity that a device reports may be wrong, because of a driver's filter after a jump, a
 //! stuck sensor, or a number that the gate has just refused. Damping against a wrong velocity would
-//! push the hand. So damping uses only the part of the reported velocity that the poses of the last
-//! ticks confirm. This part is the component along the mean velocity of these poses, limited
-//! to that mean speed. After a tick with an implausible velocity, the confirmed part is zero until
-//! new poses show motion.
+//! push the hand. So damping uses only the *confirmed* part of the reported velocity, which agrees
+//! with the poses of the last ticks. It is the component along the mean velocity of these poses,
+//! limited to their mean speed. After a tick with an implausible velocity, the confirmed part is
+//! zero until new poses show motion.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, rotation_between};
@@ -38,7 +38,7 @@ impl Motion {
         }
     }
 
-    /// Returns the part of the `stated` velocity that the poses confirm.
+    /// Returns the part of the `stated` velocity that agrees with the poses.
     pub(super) fn confirmed(&self, stated: &Twist) -> Twist {
         Twist {
             linear: confirmed(stated.linear, self.mean.linear),

@@ -369,7 +369,7 @@ fn damping_uses_only_confirmed_velocity() {
     // A velocity without motion of the pose, and a velocity of the opposite sign, must not damp.
     assert_eq!(at_fault(|k| DeviceState { pose: Pose::IDENTITY, ..sample(k) }), DVec3::ZERO);
     assert_eq!(at_fault(|k| DeviceState { twist: moving(DVec3::X * -0.2).twist, ..sample(k) }), DVec3::ZERO);
-    // A velocity that is too large counts only as far as the poses confirm it.
+    // If the velocity is too large, only the part that agrees with the poses counts.
     let large = at_fault(|k| DeviceState { twist: moving(DVec3::X * 0.39).twist, ..sample(k) });
     assert!(large.length() <= true_one.length() * 1.01, "{large}");
 }

@@ -14,8 +14,8 @@
 //! [`SafetyLimits::hold`]: super::SafetyLimits::hold
 
 /// Time in which the force returns from zero to the peak, s. A return in a tenth of this time would
-/// be felt as a blow. With ten times this time, a single late answer would be felt as a hole in a
-/// wall.
+/// be felt as a blow. With ten times this time, a wall would seem to vanish for a moment after a
+/// single late answer.
 const RETURN_TIME: f64 = 0.05;
 
 /// Time for which the device has withheld its force, or time since it gives force again.

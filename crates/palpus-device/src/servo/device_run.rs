@@ -88,8 +88,8 @@ impl<'a, D: HapticDevice + ?Sized> DeviceRun<'a, D> {
         self.line.as_mut().filter(|_| !self.lost)
     }
 
-    /// Returns true while the device may get a wrench other than damping and its fade-out is not
-    /// over. `ending`: time since the run was ended, s.
+    /// Returns true while the device may get a wrench other than damping, and the fade-out at the
+    /// end of the run is not over. `ending`: time since the run was ended, s.
     pub(super) fn lasts(&mut self, ending: f64) -> bool {
         self.line().is_some_and(|line| line.is_on() && ending < line.fading())
     }

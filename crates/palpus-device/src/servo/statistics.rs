@@ -13,6 +13,7 @@ use crate::sensed_work::SensedWork;
 
 /// Durations from 1 ns to 10 s are stored to three digits. A longer duration counts as 10 s.
 const LONGEST_NS: u64 = 10_000_000_000;
+/// Number of stored digits of a duration.
 const DIGITS: u8 = 3;
 
 /// Distribution of durations, µs.
@@ -38,7 +39,7 @@ pub struct Energy {
     pub translation: f64,
     /// Work of torques.
     pub rotation: f64,
-    /// Largest value of the sum of both during the run.
+    /// Largest value during the run of `translation` plus `rotation`.
     pub highest: f64,
 }
 

@@ -45,7 +45,7 @@ const NEAR: f64 = 0.5e-3;
 const NEAR_TURN: f64 = 0.02;
 /// Time in which the script's time accelerates to normal speed, s.
 const START: f64 = 0.5;
-/// Smallest offset, m or rad (velocities are divided by ω). A smaller offset counts as zero.
+/// An offset smaller than this counts as zero. In m or rad; a velocity is first divided by ω.
 const NOTHING: f64 = 1e-10;
 /// Time step for the numeric derivative of the script, s.
 const INSTANT: f64 = 1e-5;

@@ -7,6 +7,7 @@ use crate::found::Finding;
 const BACKEND: &str = "spacemouse";
 /// Recommended rate of the loop, Hz. The device sends some hundred reports per second.
 const RATE_HZ: f64 = 1000.0;
+/// Text for the user that says what the search looks for.
 const LOOKED_FOR: &str = "HID devices of 3Dconnexion (256f, and 046d before) in /sys/class/hidraw";
 
 /// Returns a finding for each connected SpaceMouse, readable or not.

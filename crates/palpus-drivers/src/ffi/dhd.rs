@@ -117,7 +117,7 @@ impl Dhd {
     }
 
     pub(crate) fn system_name(&self, id: i8) -> String {
-        // SAFETY: as for `last_error`.
+        // SAFETY: the text belongs to the library and lives as long as the library.
         unsafe { words((self.system_name)(id as c_char)) }
     }
 
@@ -141,8 +141,8 @@ impl Dhd {
     /// columns.
     pub(crate) fn frame(&self, id: i8) -> (i32, [f64; 3], [f64; 9]) {
         let ([mut x, mut y, mut z], mut rows) = ([0.0; 3], [0.0; 9]);
-        // SAFETY: pointers to three doubles and to a `double[3][3]`, which is nine doubles in a
-        // row.
+        // SAFETY: the pointers point to three doubles and to a `double[3][3]`, which is nine
+        // doubles in a row.
         let code = unsafe { (self.frame)(&mut x, &mut y, &mut z, &mut rows, id as c_char) };
         (code, [x, y, z], rows)
     }
@@ -238,7 +238,7 @@ impl Dhd {
 
 fn three(function: Three, id: i8) -> (i32, [f64; 3]) {
     let [mut x, mut y, mut z] = [0.0; 3];
-    // SAFETY: pointers to three doubles.
+    // SAFETY: the pointers point to three doubles.
     let code = unsafe { function(&mut x, &mut y, &mut z, id as c_char) };
     (code, [x, y, z])
 }

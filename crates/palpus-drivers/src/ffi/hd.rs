@@ -106,7 +106,7 @@ impl Hd {
     pub(crate) fn init_device(&self, name: Option<&str>) -> Option<u32> {
         let name = name.map(CString::new).transpose().ok()?;
         let pointer = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
-        // SAFETY: null, or a text that lives through the call.
+        // SAFETY: the pointer is null or points to a text that lives through the call.
         let handle = unsafe { (self.init_device)(pointer) };
         (handle != INVALID_HANDLE).then_some(handle)
     }
@@ -159,7 +159,8 @@ impl Hd {
     }
 
     pub(crate) fn string(&self, parameter: u32) -> String {
-        // SAFETY: null, or a text that belongs to the library and lives as long as the library.
+        // SAFETY: the result is null or points to a text that belongs to the library and lives as
+        // long as the library.
         unsafe { words((self.get_string)(parameter)) }
     }
 

@@ -13,9 +13,9 @@
 //!    The brake never waits for a call that hangs; in that case the device's watchdog acts.
 //! 5. The program switches the force on again only if this program or the device's watchdog has
 //!    switched it off. After any other cause, such as the button on the device, the force stays
-//!    off. Before each switching on, the driver reads the cause from the status. The driver also
-//!    monitors the switch. While the force is off, the state is marked as withheld, so that the
-//!    loop increases the force from zero afterwards.
+//!    off. Before the driver switches the force on, it reads the cause from the status. The driver
+//!    also monitors whether the force is on. While the force is off, the state is marked as
+//!    withheld, so that the loop increases the force from zero afterwards.
 //! 6. The library gets limits of force and torque, and does not exceed them.
 //! 7. However the driver ends, the last wrench is zero and the force is off.
 

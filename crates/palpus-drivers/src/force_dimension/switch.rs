@@ -80,8 +80,8 @@ impl Shared {
         if self.api.enable_force(true, self.id) < 0 { Switched::Failed } else { Switched::On }
     }
 
-    /// Switches the force off. If the force is already off, does nothing: another command would
-    /// delete the cause in the device.
+    /// Switches the force off. If the force is already off, does nothing: the device stores the
+    /// cause that switched its force off, and another command would erase this cause.
     fn switch_off(&self) {
         let off = self.api.status(self.id).is_some_and(|words| is_forbidden(&words));
         if off {

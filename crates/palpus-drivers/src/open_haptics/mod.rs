@@ -154,7 +154,7 @@ pub struct OpenHaptics {
     commands: Publisher<Command>,
     samples: Newest<Sample>,
     scheduled: Option<Scheduled<Touch>>,
-    /// Number of the last interruption of the wrench that was reported.
+    /// Number of the last gap that was reported to the loop; [`servant`] describes gaps.
     gap: u64,
     /// Number of turns with an outdated wrench, up to the last write.
     stale: u64,
@@ -185,7 +185,7 @@ impl OpenHaptics {
         for protection in number::PROTECTIONS {
             api.enable(protection);
         }
-        // Older drivers do not know all of these protections.
+        // Older drivers report errors for protections that they do not know.
         forget_errors(&api);
         let shared = Arc::new(Shared::new(Instant::now()));
         let (commands, newest_command) = latest(Command::NONE);

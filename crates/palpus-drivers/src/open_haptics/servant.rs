@@ -9,11 +9,11 @@
 //!    wrench is zero.
 //! 5. Publish the state.
 //!
-//! **Gaps.** If zero is applied instead of a wrench, the loop continues from a wrench that the user
-//! does not feel. This gap also exists if the driver applies no force because of its limits. Each
-//! such gap gets a number and is reported to the loop: its next state is marked as withheld. A
-//! wrench that was computed before that report is not applied. After the report the loop increases
-//! the force from zero.
+//! **Gaps.** A gap is a time in which zero is applied instead of the written wrench, or in which
+//! the driver applies no force because of its limits. After a gap, the loop would continue from a
+//! wrench that the user does not feel. So each gap gets a number and is reported to the loop: the
+//! next state is marked as withheld. A wrench that was computed before that report is not applied.
+//! After the report the loop increases the force from zero.
 //!
 //! When the program requests the end, the thread writes a force of zero, and the maker's library
 //! does not call it again. The thread never waits and never allocates.
@@ -57,7 +57,7 @@ impl Command {
 #[derive(Clone, Copy)]
 pub(super) struct Sample {
     pub(super) state: DeviceState,
-    /// Number of interruptions of the wrench so far.
+    /// Number of gaps so far.
     pub(super) gap: u64,
 }
 
@@ -177,7 +177,7 @@ pub(super) struct Touch {
     commands: Newest<Command>,
     samples: Publisher<Sample>,
     last: Option<DeviceState>,
-    /// Number of interruptions of the wrench so far.
+    /// Number of gaps so far.
     gap: u64,
     /// True if a wrench was applied in the last turn.
     given: bool,

@@ -58,7 +58,7 @@ pub extern "C" fn dhdEnableForce(on: c_uchar, id: c_char) -> c_int {
         return -1;
     }
     if get(SWITCHED_OFF) > 0.0 {
-        // The device loses the cause.
+        // After this call the status no longer states the earlier cause.
         count(OVERRIDDEN);
         set(SWITCHED_OFF, 0.0);
     }

@@ -22,7 +22,7 @@ pub struct ErrorInfo {
 type Callback = extern "C" fn(*mut c_void) -> c_uint;
 
 struct Job(Callback, *mut c_void);
-// The callback is responsible for its data.
+// SAFETY: the caller's callback must allow that its data are used from another thread.
 unsafe impl Send for Job {}
 
 static ERRORS: Mutex<VecDeque<c_uint>> = Mutex::new(VecDeque::new());

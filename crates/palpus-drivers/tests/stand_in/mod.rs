@@ -1,5 +1,5 @@
 //! Stand-ins for the makers' libraries. The tests compile these stand-ins.
-#![allow(unsafe_code)] // Calls of a stand-in need it.
+#![allow(unsafe_code)] // Calls of functions in a stand-in are unsafe.
 #![allow(dead_code, unreachable_pub)] // Each test file uses a part of this module.
 
 use std::path::{Path, PathBuf};

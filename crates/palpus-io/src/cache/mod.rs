@@ -30,6 +30,7 @@ use crate::ContentHash;
 
 /// Version of the file layout. Increase it with each change of the layout.
 const FORMAT: u32 = 2;
+/// The first bytes of every file.
 const MAGIC: &[u8; 8] = b"palpus b";
 /// Size of the header: magic number, name, length of the index, and hash of the index.
 const HEADER_BYTES: usize = 8 + 32 + 8 + 32;
@@ -39,6 +40,7 @@ const ENTRY_BYTES: usize = 8 + 32;
 const LARGEST_FILE: u64 = 1 << 32;
 /// Largest total size of all files in the folder, in bytes.
 pub const LARGEST_FOLDER: u64 = 1 << 32;
+/// Extension of the file names.
 const EXTENSION: &str = "body";
 
 /// Name of a prepared body in the cache.

@@ -28,7 +28,9 @@ const BATCH: usize = 256;
 const NODE_BATCH: usize = 2048;
 /// Size of the bounds of a node, in bytes.
 const BOUNDS_BYTES: usize = 8 * (4 + 15);
+/// Size of a point, in bytes.
 const POINT_BYTES: usize = 3 * 8;
+/// Size of a plane, in bytes.
 const PLANE_BYTES: usize = 4 * 8;
 
 /// A node in the form that the tree takes.

@@ -126,13 +126,13 @@ pub struct ServoRecord {
     /// Time since the start of the previous tick, in seconds, as used by the safety chain.
     pub elapsed_s: f64,
     /// Phase of the engagement after the tick: 0 idle, 1 waiting, 2 ramping, 3 engaged, 4 faulted,
-    /// 5 stopped.
+    /// 5 stopped, 6 latched.
     pub phase: u32,
     /// True if the engine's step returned a result. False if the step panicked, and while the loop
     /// only damps the grip after a panic or a fault. In these ticks the engine's columns have no
     /// meaning, and the safety chain received a zero wrench.
     pub stepped: bool,
-    /// Units of work of the engine's query.
+    /// Number of units of work of the engine's query.
     pub work: u64,
     /// Limit of the query's work, which affects the result; `None` if there is no limit.
     pub work_allowed: Option<NonZeroU64>,

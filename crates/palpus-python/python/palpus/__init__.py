@@ -5,8 +5,8 @@ body in the frame of another, on all cores. A `World` computes step by step the 
 world on a device.
 
 Lengths are in the unit of the mesh file, unless a body is loaded with a unit; then everything is SI. A pose is a row
-(tx, ty, tz, qx, qy, qz, qw) that places body a in body b's frame. A contact's normal is unit and points from b into a,
-and point_a - point_b = separation * normal.
+(tx, ty, tz, qx, qy, qz, qw) that places body a in body b's frame. A contact's normal has the length 1 and points from b
+into a, and point_a - point_b = separation * normal.
 """
 
 from ._native import (

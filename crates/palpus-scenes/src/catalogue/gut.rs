@@ -12,7 +12,9 @@ use crate::{ContactSettings, HandPath, Key, Tremor};
 const TREMOR_SEED: u64 = 23;
 /// Radius of the ball, m.
 pub(crate) const BALL: f64 = 0.006;
+/// Duration of the path, s.
 const DURATION: f64 = 20.0;
+/// Number of the path's segments.
 const KEYS: usize = 160;
 /// Largest intended depth of the ball in the wall, m.
 const PRESS: f64 = 0.0015;

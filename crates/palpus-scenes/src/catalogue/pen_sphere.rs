@@ -13,7 +13,9 @@ pub(crate) const RADIUS: f64 = 0.040;
 const FINENESS: u32 = 5;
 /// The arc extends by this angle to both sides of the sphere's top, rad.
 const HALF_ARC: f64 = 0.9;
+/// Duration of the path, s.
 const DURATION: f64 = 6.0;
+/// Number of the path's segments.
 const KEYS: usize = 30;
 /// Largest intended depth of the tip below the surface, m.
 const PRESS: f64 = 0.0015;

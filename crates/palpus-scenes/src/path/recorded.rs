@@ -222,7 +222,8 @@ fn moved(key: &Key, other: Option<&Key>, after: f64) -> Key {
 }
 
 /// Makes the path start at rest at the first key and end at rest at the last key. Removes the keys
-/// near both ends, so that the hand makes one move there. Shifts the times to begin at 0.
+/// near both ends, so that the hand starts with one smooth motion and stops with one. Shifts the
+/// times to begin at 0.
 fn at_rest(keys: &mut Vec<Key>) {
     let (Some(first), Some(last)) = (keys.first().copied(), keys.last().copied()) else { return };
     let near = STOP.min((last.time - first.time) / 4.0);

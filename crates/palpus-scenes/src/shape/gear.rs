@@ -24,7 +24,9 @@ const PRESSURE_ANGLE: f64 = 20.0 * PI / 180.0;
 /// Radius of the tips, m. It is slightly reduced, so that tips do not touch the roots of the other
 /// gear.
 const TIP_RADIUS: f64 = GEAR_PITCH_RADIUS + 0.9 * MODULE;
+/// Radius of the roots between the teeth, m.
 const ROOT_RADIUS: f64 = GEAR_PITCH_RADIUS - 1.25 * MODULE;
+/// Half of the gear's width, m.
 const HALF_WIDTH: f64 = 0.005;
 /// Number of points of a flank, from root to tip.
 const FLANK: usize = 8;

@@ -24,7 +24,9 @@ pub const GUT_WALL: f64 = 0.003;
 
 /// Number of straight rows. Half circles connect them.
 const ROWS: usize = 4;
+/// Length of a row, m.
 const ROW_LENGTH: f64 = 0.110;
+/// Radius of the half circles, m.
 const BEND_RADIUS: f64 = 0.024;
 /// Amplitude of the rise and fall of the rows, m.
 const HEAVE: f64 = 0.005;

@@ -16,6 +16,7 @@ pub const KNURL_HEIGHT: f64 = 0.0002;
 const AROUND: f64 = 24.0;
 /// Number of bumps along the roller.
 const ALONG: f64 = 10.0;
+/// Length of the roller, m.
 const LENGTH: f64 = 0.026;
 
 /// Returns a roller of 26 mm along y around the origin, with `around` × `along` quads on its side.

@@ -28,11 +28,14 @@ const ROOT: f64 = 0.0069;
 const CREST: f64 = 0.0079;
 /// Number of vertices per turn.
 const SIDES: usize = 24;
+/// Number of turns of the bolt's thread.
 const BOLT_TURNS: usize = 6;
+/// Number of turns of the nut's thread.
 const NUT_TURNS: usize = 3;
 /// Distance between the lowest point of the strip and the flat ring below it, m; also the distance
 /// at the upper end.
 const COLLAR: f64 = 0.001;
+/// Outer radius of the nut, m.
 const NUT_RADIUS: f64 = 0.012;
 
 /// A row of a turn: its height in pitches, and true if it lies on the crest. The angle between the

@@ -30,7 +30,7 @@ pub struct PopThrough {
 }
 
 impl PopThrough {
-    /// Counts pushes.
+    /// Computes the figures from the pushes.
     pub fn of(pushes: &[Push]) -> Self {
         let mut lost_in = [0; HELD_BINS];
         for push in pushes {
@@ -68,7 +68,7 @@ pub struct DepthErrors {
 }
 
 impl DepthErrors {
-    /// Counts points.
+    /// Computes the figures from the judged points.
     pub fn of(judged: &[Judged]) -> Self {
         let ratio = |one: &Judged| one.depth / one.distance;
         let mut ratio_in = [0; RATIO_ENDS.len() + 1];

@@ -9,9 +9,11 @@ use crate::picture::{Picture, Rgb};
 use crate::scene::{Scene, Unit};
 use crate::style::{Colours, Style};
 
-/// Lengths, pixels.
+/// Distance of the text from the edges, nominal pixels.
 const MARGIN: f64 = 22.0;
+/// Size of the letters of the title, nominal pixels.
 const TITLE_SIZE: f64 = 19.0;
+/// Size of the other letters, nominal pixels.
 pub(super) const WORD_SIZE: f64 = 13.0;
 
 /// Draws the title, the caption, the legend and a scale.

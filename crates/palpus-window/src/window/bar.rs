@@ -11,12 +11,15 @@ use crate::camera::View;
 use crate::scene::{LISTED, ShownBody};
 use crate::style::{Style, Theme};
 
-/// Lengths, points.
+/// Height of the bar, points.
 pub(super) const HEIGHT: f32 = 44.0;
+/// Width and height of a button with text, points.
 const BUTTON: [f32; 2] = [102.0, 32.0];
 /// Below this width, buttons show only their icons.
 const NARROW_BAR: f32 = 860.0;
+/// Width and height of a button without text, points.
 const NARROW: [f32; 2] = [52.0, 32.0];
+/// The views of the menu, with their names and keys.
 const VIEWS: [(View, &str); 6] = [
     (View::Front, "front (1)"),
     (View::Right, "right (2)"),

@@ -12,8 +12,9 @@ use super::view3d::colour;
 use crate::scene::Scene;
 use crate::style::Style;
 
-/// Lengths, points.
+/// Size of the letters, points.
 const LETTERS: f32 = 15.0;
+/// Distance of the text from the edges, points.
 const MARGIN: f32 = 12.0;
 
 /// A comparison.

@@ -12,7 +12,7 @@ use eframe::glow::{self, HasContext};
 
 use super::shader::compiled;
 
-/// Samples in each pixel.
+/// Number of samples in each pixel.
 const SAMPLES: i32 = 4;
 /// Frame time above which each pixel gets one sample.
 const SLOW: Duration = Duration::from_millis(36);

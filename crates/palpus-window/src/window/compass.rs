@@ -10,10 +10,13 @@ use crate::paint::round_length;
 use crate::scene::Scene;
 use crate::style::Style;
 
-/// Margin, length of an axis, approximate length of the scale, and size of the letters, points.
+/// Distance from the edges of the picture, points.
 const MARGIN: f32 = 16.0;
+/// Length of an axis, points.
 const AXIS: f32 = 26.0;
+/// Approximate length of the scale, points.
 const SCALE: f64 = 110.0;
+/// Size of the letters, points.
 const LETTERS: f32 = 12.5;
 /// An axis that appears shorter than this share of its length has no label, because its label would
 /// overlap the other labels.

@@ -14,12 +14,15 @@ use super::quantity::{Fitting, Quantity};
 use super::run::{Preset, Run};
 use super::run_keys::Action;
 
-/// Lengths, points.
+/// Width of a slider, points.
 const SLIDER: f32 = 84.0;
+/// Width of the name of a row, points.
 const CAPTION: f32 = 84.0;
-/// Default crease angle, degrees, and default coefficients.
+/// Default crease angle, degrees.
 const USUAL_CREASE: f64 = 40.0;
+/// Default largest angle by which shading turns a force, degrees.
 const MOST_TURN: f64 = 45.0;
+/// Default coefficients of friction, static and dynamic.
 const USUAL_FRICTION: (f64, f64) = (0.4, 0.3);
 
 /// Changes within this time count as one change for undo.

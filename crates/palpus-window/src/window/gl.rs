@@ -11,7 +11,7 @@
 //!
 //! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`.
 //! In this frame, `f32` is precise enough.
-#![allow(unsafe_code)] // This file and `shader` talk to the graphics library; every call is glow's, on the thread that owns the context.
+#![allow(unsafe_code)] // Calls of the graphics library (glow), on the thread that owns the context.
 
 mod drawing;
 
@@ -218,7 +218,7 @@ impl GlScene {
     }
 
     /// # Safety
-    /// The context is current and the program in use.
+    /// The context is current, and the program is in use.
     unsafe fn body(&self, gl: &glow::Context, body: &DrawnBody, part: BodyPart) {
         let Some(held) = self.solids.get(body.solid) else { return };
         let colour = linear(body.colour).as_vec3();
@@ -237,7 +237,7 @@ impl GlScene {
     }
 
     /// # Safety
-    /// The context is current and the program in use.
+    /// The context is current, and the program is in use.
     unsafe fn xrays(&self, gl: &glow::Context, xrays: &[XRay], first: [i32; 2]) {
         let first = DVec3::new(f64::from(first[0]), f64::from(first[1]), 0.0);
         // Unused entries are far from every pixel.
@@ -286,7 +286,7 @@ impl GlScene {
     }
 
     /// # Safety
-    /// The context is current and the program in use.
+    /// The context is current, and the program is in use.
     unsafe fn matrix(&self, gl: &glow::Context, at: &Option<glow::UniformLocation>, matrix: &DMat4) {
         // SAFETY: the context and the program are ready, as the caller promises.
         unsafe { gl.uniform_matrix_4_f32_slice(at.as_ref(), false, &matrix.as_mat4().to_cols_array()) };
@@ -366,7 +366,7 @@ impl Held {
     }
 
     /// # Safety
-    /// The context is current and a program in use.
+    /// The context is current, and a program is in use.
     unsafe fn draw(&self, gl: &glow::Context) {
         // SAFETY: the context and the program are ready, as the caller promises.
         unsafe {

@@ -8,11 +8,12 @@
 //!    it about these axes.
 //! 3. *SpaceMouse*: moves along and about the view's axes, with a speed that follows from the push.
 //!
-//! The first use of any of these takes the probe over from the script, at the device's pose. When
-//! the mouse releases the probe, the hand releases it too, so no force remains. A few seconds later
-//! the script takes the probe again. A probe that was moved by keys or a SpaceMouse stays in place
-//! until the user returns it to the script. The probe follows its target through springs, so
-//! obstacles stop it. The drawn spring goes from the probe to its target.
+//! When the user first uses one of these inputs, the hand takes the probe over from the script, at
+//! the device's pose. When the mouse releases the probe, the hand releases it too, so no force
+//! remains. A few seconds later the script takes the probe again. A probe that was moved by keys or
+//! a SpaceMouse stays in place until the user returns it to the script. The probe follows its
+//! target through springs, so obstacles stop it. The drawn spring goes from the probe to its
+//! target.
 
 use std::time::{Duration, Instant};
 
@@ -41,12 +42,15 @@ const KEY_TURN: f64 = 0.9;
 const SLOWLY: f64 = 0.2;
 /// Longest time for which a key acts in one frame, s.
 const LONGEST_FRAME: f64 = 0.1;
-/// The drawn spring: half width and length of a coil (points), range of the number of coils,
-/// share of each straight end, and corners of a coil.
+/// Half the width of a coil of the drawn spring, points.
 const COIL: f32 = 4.0;
+/// Length of a coil, points.
 const COIL_LENGTH: f32 = 8.0;
+/// Smallest and largest number of coils.
 const COILS: (f32, f32) = (2.0, 12.0);
+/// Length of each straight end, as a share of the spring.
 const ENDS: f32 = 0.12;
+/// Number of corners of a drawn coil.
 const POINTS_OF_COIL: usize = 12;
 /// Length below which the spring is not drawn, points.
 const LEAST_SPRING: f32 = 12.0;

@@ -17,13 +17,16 @@ use crate::style::Style;
 /// Length of an arrow, and distance from a handle within which the mouse grabs it, points.
 const LENGTH: f64 = 78.0;
 const REACH: f32 = 7.0;
-/// Start of an arrow, and radius of a ring, relative to the length of an arrow.
+/// Start of an arrow, relative to its length.
 const BEGIN: f64 = 0.18;
+/// Radius of a ring, relative to the length of an arrow.
 const RING: f64 = 0.72;
+/// Number of corners of a drawn ring.
 const RING_POINTS: u32 = 48;
-/// An arrow that is shorter on the screen (points) cannot be dragged: it points at the camera, and
-/// a small drag would move the probe far.
+/// An arrow that is shorter than this on the screen (points) cannot be dragged. It points at the
+/// camera, and a small drag would move the probe far.
 const LEAST_SEEN: f32 = 14.0;
+/// Size of the letters at the handles, points.
 const LETTERS: f32 = 13.0;
 
 /// The object that the handles move.

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Atom, Button, Color32, Rect, Response, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 
-/// Length, points.
+/// Width and height of an icon, points.
 const SIZE: f32 = 13.0;
 
 /// Icons in front of a button's text.

@@ -28,15 +28,19 @@ use crate::moment::Moment;
 use crate::scene::Scene;
 use crate::style::{Style, Theme};
 
-/// Lengths, points.
+/// Width of the panel at the right, points.
 const SIDE: f32 = 340.0;
+/// Height of the line of the state, points.
 const STATE: f32 = 28.0;
 /// Windows narrower than this show the panel at the right only on request.
 const ROOMY: f32 = 900.0;
+/// Height of the plots, points.
 const PLOTS: f32 = 176.0;
-/// In windows lower than this, the plots are lower too, so that the scene keeps its space.
+/// In windows lower than this (points), the plots have the height [`LOW_PLOTS`].
 const LOW: f32 = 760.0;
+/// Height of the plots in low windows, so that the scene keeps its space, points.
 const LOW_PLOTS: f32 = 132.0;
+/// Margin of the panel at the right, points.
 const SIDE_MARGIN: i8 = 14;
 
 /// The state of the window.

@@ -86,7 +86,7 @@ pub(super) fn show(context: &egui::Context, is_shown: &mut bool, list: impl FnOn
     }
 }
 
-/// Returns the space for a list.
+/// Returns the size of the largest list that the window can show, in points.
 pub(super) fn room(ui: &egui::Ui) -> egui::Vec2 {
     ui.ctx().content_rect().size() - egui::Vec2::splat(MARGIN)
 }

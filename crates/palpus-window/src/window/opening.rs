@@ -13,9 +13,11 @@ use super::run::{MeshFile, Run, Wanted};
 use super::slot::{Content, Slot};
 use super::theme::small;
 
-/// Lengths, points.
+/// Width of the dialog, points.
 const WIDTH: f32 = 740.0;
+/// Smallest difference between the size of the window and the size of the dialog, points.
 const MARGIN: f32 = 70.0;
+/// Largest height of the list of scenes, points.
 const SCENES_HEIGHT: f32 = 230.0;
 /// Width of the column of names.
 const SCENE_NAME: f32 = 120.0;

@@ -17,16 +17,21 @@ use crate::style::{Colours, Style};
 /// Time for which a message and an error stay visible.
 const TOLD: Duration = Duration::from_secs(6);
 const TOLD_ERROR: Duration = Duration::from_secs(15);
-/// Lengths, points.
+/// Distance from the edges of the picture, points.
 const MARGIN: f32 = 14.0;
+/// Height of a line of the legend, points.
 const LINE: f32 = 21.0;
+/// Size of the letters, points.
 const LETTERS: f32 = 14.5;
-/// Smallest picture with a legend: its height in lines, and its width beside the legend in points.
+/// A legend is drawn only if the picture is higher than the legend by this number of lines.
 const LEAST_LINES: f32 = 10.0;
+/// A legend is drawn only in pictures at least this wide, points.
 const LEAST_WIDTH: f32 = 460.0;
+/// Width of the progress bar, points.
 const PROGRESS: f32 = 420.0;
 /// Height below which a picture has smaller notices, so that the scene stays visible, points.
 const LOW: f32 = 360.0;
+/// Shortest arrow, points.
 const LEAST_ARROW: f32 = 36.0;
 
 /// Messages from any thread.

@@ -16,12 +16,17 @@ use super::theme::{large_font, thin};
 use super::view3d::colour;
 use crate::style::{Colours, Theme};
 
-/// Lengths, points.
+/// Height of the line above a chart, points.
 const HEAD: f32 = 34.0;
+/// Distance between charts, points.
 const MARGIN: f32 = 10.0;
+/// Size of the letters of a scale, points.
 const SCALE: f32 = 11.5;
+/// Size of the letters of a title, points.
 const TITLE: f32 = 14.0;
+/// Size of the letters of a value beside long titles, points.
 const VALUE: f32 = 17.0;
+/// Smallest size of the letters of a value, points.
 const LEAST_VALUE: f32 = 13.5;
 /// If a chart would be narrower than this, the charts of times and contacts are left out.
 const NARROW: f32 = 130.0;

@@ -41,12 +41,13 @@ pub(super) struct Fitting {
 
 /// Sliders end at this multiple of the fitting value.
 const QUIET: f64 = 2.0;
-/// Smallest offered share of the fitting value: for a coupling, for contacts behind a coupling, and
-/// for the tolerance.
+/// The sliders of a coupling's stiffness begin at this multiple of the fitting value.
 const LOOSEST: f64 = 0.05;
+/// The slider of the contact stiffness behind a coupling begins at this multiple.
 const SOFTEST: f64 = 0.02;
+/// The slider of the tolerance begins at this multiple.
 const FINEST: f64 = 0.1;
-/// Largest offered multiple of the tolerance, and of the cluster radius.
+/// The sliders of the tolerance and of the cluster radius end at this multiple.
 const COARSEST: f64 = 5.0;
 /// Range of the contact stiffness without a coupling, N/m.
 const SOFTEST_DIRECT: f64 = 50.0;

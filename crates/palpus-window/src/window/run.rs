@@ -70,7 +70,8 @@ pub trait Run {
     /// Tells the run in every frame whether the key for force is held.
     fn hold(&mut self, held: bool);
 
-    /// Returns the message about a probe that started inside the part, if it did.
+    /// Returns the message about a probe that started inside the part. `None` if it did not start
+    /// inside.
     fn start(&self) -> Option<String>;
 
     /// Returns the condition for the force to begin, if it is known.
@@ -166,9 +167,9 @@ pub struct Painted {
     pub rate_hz: f64,
     /// The renderer's name according to the graphics library.
     pub renderer: String,
-    /// Triangles of the bodies, as drawn.
+    /// Number of triangles of the bodies, as drawn.
     pub triangles: usize,
-    /// Samples in each pixel.
+    /// Number of samples in each pixel.
     pub samples: u32,
 }
 

@@ -14,8 +14,8 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// Returns the value with the longest arrow, after `value` at `time` (s), on a device with the
-    /// limit `limit`.
+    /// Takes the `value` at `time` (s). Returns the value that is drawn with the longest arrow, on
+    /// a device with this `limit`.
     pub(super) fn follow(&mut self, value: f64, time: f64, limit: f64) -> f64 {
         let passed = (time - self.time).max(0.0);
         self.time = time;

@@ -15,7 +15,7 @@ use crate::style::Theme;
 const RATE_SPAN: Duration = Duration::from_millis(500);
 /// Time for which a cut stays visible after its last tick.
 const CUT_SPAN: Duration = Duration::from_millis(1500);
-/// Length, points.
+/// Size of the letters of a value, points.
 const VALUE: f32 = 20.0;
 
 /// The state of the panel between frames.

@@ -12,12 +12,15 @@ use super::view3d::colour;
 use crate::picture::Rgb;
 use crate::style::Theme;
 
-/// Lengths, points.
+/// Size of small letters, points.
 const SMALL: f32 = 13.0;
+/// Size of ordinary letters, points.
 const BODY: f32 = 15.5;
+/// Size of the letters of headings, points.
 const HEADING: f32 = 18.0;
 /// Size of text that is legible from a distance.
 const LARGE: f32 = 27.0;
+/// Radius of the corners of controls, points.
 const ROUND: u8 = 5;
 
 /// The colours of panels and controls in a theme.

@@ -38,10 +38,11 @@ use crate::style::Style;
 const TURN: f32 = 0.008;
 /// Zoom by the wheel: the exponent for each point of scrolling.
 const ZOOM: f32 = 0.0025;
-/// Rotation by a key, rad/s; zoom exponent of a key, 1/s; longest time for which a key acts in one
-/// frame, s.
+/// Angular velocity of the camera while a key is held, rad/s.
 const KEY_TURN: f32 = 1.2;
+/// Rate of the zoom exponent while a key is held, 1/s.
 const KEY_ZOOM: f32 = 1.0;
+/// Longest time for which a key acts in one frame, s.
 const LONGEST_FRAME: f32 = 0.1;
 /// See the module's outline.
 pub(super) struct View3d {

@@ -22,8 +22,8 @@ impl Directions {
         (self.x[lane], self.y[lane], self.z[lane]) = direction.into();
     }
 
-    /// Returns how alike `direction` and each of the four are: the square of the cosine between
-    /// them, 0 beyond a right angle.
+    /// Returns the similarity of `direction` to each of the four directions: the square of the
+    /// cosine between them, or 0 beyond a right angle.
     #[inline]
     pub(crate) fn alike(&self, direction: DVec3) -> [f64; LANES] {
         let mut alike = [0.0; LANES];

@@ -9,9 +9,9 @@ use super::Pose;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular: DVec3,
-    /// m/s, at the reference point.
+    /// Velocity of the reference point, m/s.
     pub linear: DVec3,
 }
 
@@ -27,9 +27,9 @@ impl Twist {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wrench {
-    /// N·m, about the reference point.
+    /// Torque about the reference point, N·m.
     pub torque: DVec3,
-    /// N.
+    /// Force, N.
     pub force: DVec3,
 }
 

@@ -592,9 +592,10 @@ pub const PARALLEL_AXES: f64 = 1e-12;
 
 /// Relative to the bodies' size: the unit in which the motion bound counts.
 ///
-/// The value is about 1.5e-11. A tick adds at least one unit. A smaller unit comes near the
-/// rounding of transformed points (1e-16 of the coordinates) and uses up the 2⁶¹ units of the sum
-/// (some 3e7 sizes of travel) sooner. A larger unit only tests pairs early.
+/// The value is about 1.5e-11. A tick adds at least one unit. The sum can count 2⁶¹ units, which is
+/// a motion of some 3e7 sizes. With a smaller unit, this limit is reached sooner, and the unit
+/// comes near the rounding of transformed points (1e-16 of the coordinates). A larger unit only
+/// tests pairs early.
 pub const MOTION_QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// Relative to the bodies' size and their distance: each tick adds this to the motion bound for the
@@ -698,9 +699,9 @@ pub const HELPED_WORK: u64 = 1000;
 /// Up to this number of touching pairs, each pair is measured. If more pairs touch, a sample of
 /// about this size represents all pairs.
 ///
-/// If all contacts push in the same direction, the wrench of an even sample of n contacts has a
-/// relative error of about 1/√n times the relative spread of the engagements. A larger value costs
-/// time on close-fitting bodies.
+/// For contacts that all push in the same direction, the relative error of the wrench of an even
+/// sample of n contacts is about s/√n. Here s is the relative spread of the depths at which the
+/// contacts press. A larger value costs time on close-fitting bodies.
 pub const SAMPLE_PAIRS: f64 = 160.0;
 
 /// The contacts in the last part of the sample have smaller weights. This value is the size of that
@@ -901,8 +902,8 @@ pub const PROOF_ROUNDING: f64 = 1e-13;
 /// Relative to the pair's size: smallest wanted height of a corner of a proof's first tetrahedron.
 /// If a support point is lower, the support point in the opposite direction is tried too.
 ///
-/// The value affects only the shape of the first tetrahedron. Additional support queries cost more
-/// than a flat tetrahedron does.
+/// The value affects only the shape of the first tetrahedron. A proof that begins with a flat
+/// tetrahedron costs less than additional support queries.
 pub const PROOF_BEGIN: f64 = 0.01;
 
 /// Largest number of corners of an inner surface. Proofs for ellipsoids of 100 vertices take 20 to
@@ -1045,7 +1046,7 @@ pub const PORTAL_STEPS: usize = 64;
 /// Relative to the smaller body's size: default gap between the lower and upper bound of a depth.
 pub const DEPTH_GAP: f64 = 0.01;
 
-/// Default limit of the evaluations for one depth. So many evaluations take about a second.
+/// Default limit of the evaluations for one depth. This number of evaluations takes about a second.
 pub const DEPTH_BUDGET: u64 = 400_000;
 
 /// Relative to the smaller body's size: the clearance that a free translation leaves between the
@@ -1059,8 +1060,8 @@ pub const DEPTH_HAIR: f64 = 1e-9;
 /// transformed cells.
 pub const DEPTH_ROUNDING: f64 = 1e-11;
 
-/// Relative to its size and its distance from the origin: a transformed box is enlarged by this.
-/// Then it contains all transformed corners despite rounding.
+/// A transformed box is enlarged by this, relative to its size and to its distance from the origin.
+/// So the box contains all transformed corners despite rounding.
 ///
 /// The value is about 45 roundings. A smaller value could miss a pair of triangles that touch; a
 /// larger one only costs time.
@@ -1102,8 +1103,8 @@ pub const LENS_STEPS: usize = 15;
 /// surface.
 pub const LENS_CENTERING: usize = 6;
 
-/// Number of likely obstacles that are tested before all obstacles are. This value affects only
-/// speed.
+/// Number of likely obstacles that a query tests before it tests all obstacles. This value affects
+/// only speed.
 pub const DEPTH_TRIES: usize = 24;
 
 /// Number of obstacles that blocked the latest translations and are tested before all others. This
@@ -1469,7 +1470,7 @@ pub const BOX_SPARE: f64 = 0.25;
 
 /// m/s: the speed of a tool is limited to this, even if the device reports a higher speed.
 ///
-/// A thrown tool is slower. The limit bounds the tolerance of the query.
+/// Even a thrown tool is slower. The limit bounds the tolerance of the query.
 pub const TOOL_FASTEST: f64 = 5.0;
 
 /// Largest number of times that a tool's step is solved to find which contacts press and which

@@ -33,8 +33,8 @@ pub struct BodySettings {
 
 impl BodySettings {
     /// Flatness for measurements. The error of depths is at most about this value times the
-    /// bounding diagonal. The distance of [`ContactQuery::nearest`] has only rounding errors (with a
-    /// larger flatness, distances are those of the pieces).
+    /// bounding diagonal. The distance of [`ContactQuery::nearest`] has only rounding errors. (With
+    /// a larger flatness, it is the distance of the pieces.)
     ///
     /// [`ContactQuery::nearest`]: crate::detect::ContactQuery::nearest
     pub const EXACT: f64 = 3e-8;
@@ -168,7 +168,8 @@ impl Body {
         let noise = Surface::new(&mesh, &half_edges, step, flatness).noise();
         let of_pieces = || {
             let admissible = Admissible::new(&mesh, &half_edges, &polytopes, &pieces, noise, workers);
-            // Coarser pieces are the surface that is felt: they need no correction.
+            // With a larger flatness, the surface of the pieces is the surface that is felt, so
+            // distances need no correction.
             let deviations = match flatness <= BodySettings::EXACT {
                 true => Deviations::new(&mesh, &polytopes, &pieces, noise, workers),
                 false => Deviations::none(pieces.len()),

@@ -22,9 +22,10 @@
 //!
 //! * Growth tries the candidate across the *sharpest* side first, not in the order of discovery.
 //!   Facets at sharp sides are the hardest to add to a patch later. The new order reduced the
-//!   armadillo from 7304 to 7265 patches and the teacup from 198 to 193; the torus kept 50.
-//! * Step 4 is added. This step reduced the armadillo to 7248 patches, the teacup to 192, and the
-//!   teaspoon from 123 to 115.
+//!   armadillo from 7304 to 7265 patches and the teacup from 198 to 193; the torus kept its 50
+//!   patches.
+//! * Step 4 is not in \[EL01\]. This step reduced the armadillo to 7248 patches, the teacup to 192,
+//!   and the teaspoon from 123 to 115.
 //! * A single test decides whether a hull stays in the solid (see `contain`).
 //!
 //! Another choice of seeds was tried and rejected: always the seed that gives the largest patch.

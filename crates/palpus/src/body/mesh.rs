@@ -95,28 +95,29 @@ pub enum MeshError {
 /// Counts of the changes that [`Mesh::from_soup`] made to a soup.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cleaning {
-    /// Vertices that were welded onto an earlier vertex.
+    /// Number of vertices that were welded onto an earlier vertex.
     pub welded_vertices: usize,
-    /// Vertices that no remaining triangle uses.
+    /// Number of vertices that no remaining triangle uses.
     pub unused_vertices: usize,
-    /// Polygons, including triangles, that were dropped because they have no area or fewer than
-    /// three different corners.
+    /// Number of polygons, including triangles, that were dropped because they have no area or
+    /// fewer than three different corners.
     pub degenerate_faces: usize,
-    /// Polygons that cross themselves. These polygons are cut into triangles, but the triangles
-    /// cover no well-defined region.
+    /// Number of polygons that cross themselves. These polygons are cut into triangles, but the
+    /// triangles cover no well-defined region.
     pub self_crossing_faces: usize,
-    /// Triangles that were dropped because an earlier triangle has the same three corners.
+    /// Number of triangles that were dropped because an earlier triangle has the same three
+    /// corners.
     pub duplicate_triangles: usize,
-    /// Triangles without area that were removed by cutting a neighbour in two. The removal opens no
-    /// gap.
+    /// Number of triangles without area that were removed by cutting a neighbour in two. The
+    /// removal opens no gap.
     pub exchanged_triangles: usize,
-    /// Triangles that were dropped because they have no area.
+    /// Number of triangles that were dropped because they have no area.
     pub empty_triangles: usize,
-    /// Triangles that were flipped to agree with the other triangles of their component.
+    /// Number of triangles that were flipped to agree with the other triangles of their component.
     pub turned_triangles: usize,
-    /// Closed components that were inside out. All their triangles were flipped.
+    /// Number of closed components that were inside out. All their triangles were flipped.
     pub inverted_components: usize,
-    /// Components whose orientations cannot agree, such as a Möbius band.
+    /// Number of components whose orientations cannot agree, such as a Möbius band.
     pub one_sided_components: usize,
 }
 

@@ -27,19 +27,20 @@ pub(crate) fn box_gap(a: &OrientedBox, b: &OrientedBox, pose_ba: &Placement, eno
     let t = to_box * (pose_ba.point(a.center) - b.center);
     let absolute = DMat3::from_cols(r.x_axis.abs(), r.y_axis.abs(), r.z_axis.abs());
 
-    // The three faces of b.
+    // Separating axes: the three face normals of b's box.
     let mut widest = (t.abs() - b.half - absolute * a.half).max_element();
     if widest > enough {
         return widest;
     }
-    // The three faces of a.
+    // Separating axes: the three face normals of a's box.
     let along_a = DVec3::new(r.x_axis.dot(t), r.y_axis.dot(t), r.z_axis.dot(t)).abs();
     let reach_b = DVec3::new(absolute.x_axis.dot(b.half), absolute.y_axis.dot(b.half), absolute.z_axis.dot(b.half));
     widest = widest.max((along_a - a.half - reach_b).max_element());
     if widest > enough {
         return widest;
     }
-    // The nine edge pairs. The axis is not unit, so the gap is divided by the axis's length.
+    // Separating axes: the cross products of the nine pairs of edges. They are not unit, so the gap
+    // is divided by the axis's length.
     for (k, (axis_a, absolute_a)) in
         [(r.x_axis, absolute.x_axis), (r.y_axis, absolute.y_axis), (r.z_axis, absolute.z_axis)].into_iter().enumerate()
     {

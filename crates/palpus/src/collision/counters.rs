@@ -5,40 +5,41 @@ use crate::algebra::tolerance::{WORK_MARCH, WORK_STEP};
 /// Cost of a search for near pairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalCounters {
-    /// Node pairs that were examined by bounds or hulls.
+    /// Number of node pairs that were examined by bounds or hulls.
     pub node_pairs: u32,
-    /// Distance marches between hulls of inner nodes.
+    /// Number of distance marches between hulls of inner nodes.
     pub hull_tests: u32,
-    /// Distance marches between leaf pieces.
+    /// Number of distance marches between leaf pieces.
     pub leaf_tests: u32,
-    /// Steps of all marches.
+    /// Number of steps of all marches.
     pub march_steps: u32,
-    /// Marches without a result; the fallback (GJK) gave the result.
+    /// Number of marches without a result; the fallback (GJK) gave the result.
     pub march_fallbacks: u32,
-    /// Leaf pairs within tolerance that were left out because there was no room. The deepest pairs
-    /// are kept.
+    /// Number of leaf pairs within tolerance that were left out because there was no room. The
+    /// deepest pairs are kept.
     pub dropped: u32,
-    /// Pairs of the front that were due and measured.
+    /// Number of pairs of the front that were due and measured.
     pub woken: u32,
-    /// Pairs of the front that were split.
+    /// Number of pairs of the front that were split.
     pub split: u32,
-    /// Pairs of the front that were merged back.
+    /// Number of pairs of the front that were merged back.
     pub merged: u32,
-    /// Pairs that were searched without cached data, because the front had no room to split them.
+    /// Number of pairs that were searched without cached data, because the front had no room to
+    /// split them.
     pub unsplit: u32,
-    /// Pairs of the front that should have been measured, but were postponed to the next query
-    /// because the work limit was reached.
+    /// Number of pairs of the front that should have been measured, but were postponed to the next
+    /// query because the work limit was reached.
     pub postponed: u32,
-    /// Pairs within tolerance that were not measured: their contacts are extrapolated from an
-    /// earlier query.
+    /// Number of pairs within tolerance that were not measured: their contacts are extrapolated
+    /// from an earlier query.
     pub resting: u32,
-    /// Due pairs for which a stored point gave a sufficient bound.
+    /// Number of due pairs for which a stored point gave a sufficient bound.
     pub bounded_by_point: u32,
-    /// Due represented pairs whose gap was computed from support vertices.
+    /// Number of due represented pairs whose gap was computed from support vertices.
     pub bounded_by_supports: u32,
-    /// Node pairs of the tree that the front stores.
+    /// Number of node pairs of the tree that the front stores.
     pub front: u32,
-    /// Leaf pairs of the front within tolerance.
+    /// Number of leaf pairs of the front within tolerance.
     pub near: u32,
     /// 1 if the front started from the roots: in the first query, after a jump, or after it was
     /// cleared.

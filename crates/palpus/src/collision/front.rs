@@ -1,44 +1,46 @@
 //! The front: the cut through the tree of node pairs, kept from tick to tick (front tracking).
 //!
 //! The pairs of pieces within tolerance can be found by walking down a tree of node pairs \[K02
-//! §3.2; EL01\], whose shape does not depend on the pose: the two nodes of a pair decide which of
-//! them is split. Below some cut of this tree all pairs are too far apart. From one tick to the
-//! next the cut hardly moves, and most pairs on it need not be measured:
+//! §3.2; EL01\]. The shape of this tree does not depend on the pose: the two nodes of a pair decide
+//! which of them is split. Below a cut through the tree, all pairs are too far apart. The cut
+//! hardly changes from tick to tick, and most pairs on the cut need not be measured:
 //!
 //! 1. A pair on the cut whose distance D exceeds the tolerance t *waits*. It cannot come within
 //!    the tolerance before the bodies have moved D − t relative to each other. The [`MotionBound`]
-//!    sums up the motion, and the [`WakeBoard`] finds the pairs that are due.
-//! 2. A pair that is due is measured again: by spheres; by the gap along the normal that separated
-//!    it last; by boxes, if the bound so far allows only a short wait; and by hulls, if the boxes
-//!    do too. If it is still apart, it waits again; otherwise it is split and its halves are
-//!    measured.
-//! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, starting from the
-//!    features at which its last march ended. If there are many such pairs, those whose last
-//!    results are still accurate enough are at rest (`rest`).
-//! 4. Halves that both wait long are *merged*: the pair that was split into them is measured, and
-//!    if it is far enough apart, it waits in their place. Otherwise its distance decides after how
-//!    much motion the merge is tried again.
+//!    adds up the motion, and the [`WakeBoard`] finds the pairs that are *due* (that may have come
+//!    within the tolerance).
+//! 2. A pair that is due is measured again. Each of these tests is made only if the tests before it
+//!    allow just a short wait: spheres, the gap along the normal that last separated the pair,
+//!    boxes, and hulls. If the pair is still apart, it waits again. Otherwise it is split, and its
+//!    two halves are measured.
+//! 3. A pair of leaves within the tolerance is *awake*. It is marched in every tick, from the
+//!    features at which its last march ended. If many pairs are awake, the pairs whose last results
+//!    are still accurate enough are at rest (`rest`) and are not marched.
+//! 4. If both halves of a split pair wait for a long motion, they are *merged*. The pair is
+//!    measured as a whole. If it is far enough apart, it waits in place of its halves. Otherwise
+//!    its distance decides after how much motion the merge is tried again.
 //!
-//! Steps 2 to 4 have a file each (`due`, `awake` and `rest`, `merge`).
+//! Step 2 is in the file `due`, step 3 in `awake` and `rest`, and step 4 in `merge`.
 //!
 //! The cost of a query grows with the contacts and the pairs that are due, not with the size of the
-//! models. The result equals that of a search from the root in each query. Both split the same
-//! pairs by the same tests, but the front skips the tests of most pairs, since it knows their
+//! models. The result equals the result of a search from the roots in each query. Both searches
+//! split the same pairs by the same tests, but the front skips most tests, because it stores their
 //! results.
 //!
-//! A query may be given a [`Quota`] of work. Due pairs get the first half of it, since their
-//! results are new. Awake pairs are then marched with a quarter of the rest, in turns from query to
-//! query; the stages after a march cost more than the march itself. Pairs that are not reached stay
-//! due until the next query. Meanwhile [`Front::unseen_separation`] is a lower bound of their
-//! separation, and the list of unvisited pairs contains those with contacts.
+//! The caller may limit the work of a query by a [`Quota`]. Due pairs get the first half of the
+//! quota, since their results are new. Awake pairs are then marched with a quarter of the rest, in
+//! turns from query to query; the stages after a march cost more than the march itself. Pairs that
+//! the query does not reach stay due until the next query. [`Front::unseen_separation`] is a lower
+//! bound of the separation of these pairs, and the list of unvisited pairs contains the pairs with
+//! contacts.
 //!
-//! All memory is obtained at construction. If there is no room to split a pair, it stays due every
-//! tick, and its descendants are searched without stored data (`below`). This is slower, and is
-//! counted. After a jump the front starts again at the roots.
+//! All memory is allocated when the front is created. If there is no room to split a pair, the pair
+//! stays due in every tick, and its descendants are searched without stored data (`below`). This
+//! search is slower, and a counter reports it. After a jump the front starts again at the roots.
 //!
-//! After the *front* of [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision
-//! detection*, 1998], who keep the cut but measure all of it in each frame; and after the wake
-//! times of [Hubbard 1995] and [Mirtich 1996], who use them for pairs of objects.
+//! The *front* follows [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision
+//! detection*, 1998]. They keep the cut, but measure all of it in each frame. The wake times follow
+//! [Hubbard 1995] and [Mirtich 1996], who use wake times for pairs of objects.
 
 mod awake;
 mod below;
@@ -73,10 +75,10 @@ use rest::Rest;
 /// The front of one pair of bodies.
 #[derive(Clone, Debug)]
 pub struct Front {
-    /// The nodes of the root.
+    /// The nodes of the pair at place 0.
     nodes: [u32; 2],
-    /// The tree of node pairs down to the cut; the root is at place 0, halves are neighbours at
-    /// places 2k and 2k + 1.
+    /// The tree of node pairs down to the cut. The pair of `nodes` is at place 0. The two halves of
+    /// a pair are at places 2k and 2k + 1.
     pairs: Vec<Pair>,
     memories: Vec<WarmStart>,
     rests: Vec<Rest>,
@@ -85,53 +87,54 @@ pub struct Front {
     motion_bound: MotionBound,
     /// Thicknesses of a and of b.
     thickness: Arc<[Thickness; 2]>,
-    /// Thickness of the thinnest piece of the pair at each place, model units. Stored by place, so
-    /// that sub-steps need not read the pairs.
+    /// Thickness of the thinnest piece of the pair at each place, model units. This list is
+    /// separate from `pairs`, so that sub-steps read less memory.
     thinnest_at: Vec<f32>,
-    /// The least of these in each block of places.
+    /// The least value of `thinnest_at` in each block of places.
     thinnest_in: Vec<f32>,
     /// Places of leaf pairs within tolerance.
     awake: Vec<u32>,
-    /// First places of pairs of halves that were merged.
+    /// Free places: for each two halves that were merged, the place of the first half.
     free: Vec<u32>,
-    /// Places from this index on were never used.
+    /// Places from this index on have never been used.
     fresh: u32,
     stack: Vec<u32>,
-    /// Tolerance of the last query, and about how far the bodies move in a tick.
+    /// Tolerance of the last query, and the approximate motion of the bodies in a tick; model
+    /// units.
     tolerance: f64,
     pace: f64,
-    /// The length of motion that is a jump.
+    /// A motion longer than this is a jump, model units.
     jump: f64,
     begun: bool,
-    /// How many awake pairs, at the head of the list, the last query did not visit.
+    /// Number of awake pairs that the last query did not visit. They are at the start of `awake`.
     unvisited: usize,
-    /// How many of the unvisited pairs, at the head of the list, should have been visited (the
-    /// others are at rest).
+    /// Number of unvisited pairs that had to wait because the quota was spent. They are at the
+    /// start of `awake`; the other unvisited pairs are at rest.
     late: usize,
-    /// Places on the way into `awake`.
+    /// Working memory of the query, for places that are then moved to `awake`.
     sorted: [Vec<u32>; 2],
-    /// Halves may be merged in this query if their wake values are at least this.
+    /// In this query, two halves may be merged if their wake values are at least this.
     merged_from: u64,
     rest_share: f64,
-    /// Rests that began before the motion bound had this sum have ended.
+    /// All rests that began at a smaller sum of the motion bound are over.
     rests_from: u64,
     /// Number of represented pairs.
     represented: u32,
-    /// The list of those awake has pairs that are represented since the last query.
+    /// True if `awake` still contains pairs that have become represented since the last query.
     is_mixed: bool,
-    /// The block of the board at which the search for due pairs starts.
+    /// The block of `wakes` at which the search for due pairs starts.
     first_block: usize,
-    /// True if there was no room for some pair since the front started: such a pair is due at any
-    /// distance.
+    /// True if the front has had no room to split a pair since it started. Such a pair is due at
+    /// any distance.
     was_full: bool,
     /// Stack of the search below a pair of nodes.
     below: Vec<NodePair>,
-    /// Nodes of the pair that was nearest last.
+    /// Nodes of the pair that was nearest in the last search for the nearest pair.
     last_nearest: Option<[u32; 2]>,
 }
 
 impl Front {
-    /// A front between two bodies of at most `places` node pairs.
+    /// Creates a front for two bodies, with room for at most `places` node pairs.
     pub fn new(a: Side<'_>, b: Side<'_>, places: usize) -> Self {
         let nodes = [a.hierarchy.root(), b.hierarchy.root()];
         Self::below(a, b, nodes, places, &Arc::new([Thickness::of(a), Thickness::of(b)]))
@@ -193,8 +196,8 @@ impl Front {
 
     /// Writes to `found` every leaf pair that overlaps or is nearer than the tolerance.
     ///
-    /// The bodies are those of [`Self::new`]. `found` is cleared first. If there are more pairs
-    /// than it has room for, it keeps the deepest and counts the others as dropped.
+    /// The bodies must be the bodies that were given to [`Self::new`]. `found` is cleared first. If
+    /// `found` has too little room, it keeps the deepest pairs and counts the others as dropped.
     pub fn within(&mut self, placed: &PlacedPair<'_>, found: &mut LeafPairs) -> TraversalCounters {
         self.within_quota(placed, &Work::unlimited().all(), found)
     }
@@ -229,27 +232,27 @@ impl Front {
         counters
     }
 
-    /// The thickness of the thinner of two pieces, model units: the least width along one of its
-    /// faces' normals.
+    /// Returns the thickness of the thinner of two pieces, model units. The thickness of a piece is
+    /// its least width along the normals of its faces.
     pub(crate) fn thickness(&self, piece_a: u32, piece_b: u32) -> f64 {
         self.thickness[0].of_piece(piece_a).min(self.thickness[1].of_piece(piece_b))
     }
 
-    /// The thickness of the thinnest piece of both bodies.
+    /// Returns the thickness of the thinnest piece of both bodies, model units.
     pub(crate) fn thinnest(&self) -> f64 {
         self.thickness[0].of_all().min(self.thickness[1].of_all())
     }
 
-    /// Returns how far the bodies have moved relative to each other since the last query, model
-    /// units: no distance between a point of each has changed by more. `None` before the first
-    /// query.
+    /// Returns an upper bound of the relative motion of the bodies since the last query, model
+    /// units. No distance between a point of a and a point of b has changed by more. `None` before
+    /// the first query.
     pub(crate) fn motion_to(&mut self, pose_ba: &Placement) -> Option<f64> {
         self.motion_bound.motion_to(pose_ba)
     }
 
-    /// Lower bound of the separation (model units) of every pair of pieces that was neither found
-    /// nor left for a later turn. Minus infinity before the first query. It is at least the
-    /// tolerance unless the quota was spent.
+    /// Returns a lower bound of the separation (model units) of every pair of pieces that the last
+    /// query did not find, except for pairs in the list of unvisited pairs. Minus infinity before
+    /// the first query. The bound is at least the tolerance unless the quota was spent.
     pub fn unseen_separation(&self) -> f64 {
         let least = self.wakes.least(self.blocks());
         if least >= self.motion_bound.sum() {
@@ -261,7 +264,7 @@ impl Front {
         }
     }
 
-    /// Number of places at which pairs can be stored.
+    /// Returns the number of places at which pairs can be stored.
     pub(crate) fn places(&self) -> usize {
         self.pairs.len()
     }
@@ -275,9 +278,9 @@ impl Front {
         (self.unvisited, self.late) = (0, 0);
     }
 
-    /// Stores where the pair's depth walk ended, as the start of the next tick's walk. If the pair
-    /// is apart, this is where its march ended. The end consists of the normal (b's frame),
-    /// vertices that support it at least nearly, and the features.
+    /// Stores the end of the pair's depth walk (or of its march, if the pair is apart), from which
+    /// the next tick's walk starts. `normal` is in b's frame. `hub` are vertices that support the
+    /// normal, at least nearly.
     pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2], facet: FeaturePair) {
         if let Some(place) = pair.place {
             let memory = &mut self.memories[place as usize];
@@ -293,23 +296,24 @@ impl Front {
         }
     }
 
-    /// Stores that the two pieces share no normal, at any position, until the bodies have turned by
-    /// `angle` (rad) more.
+    /// Stores that the two pieces have no shared normal, at any position, until the bodies have
+    /// turned by another `angle` (rad).
     pub(crate) fn remember_inadmissible(&mut self, pair: &LeafPair, angle: f64) {
         if let Some(place) = pair.place {
             let inadmissible_until = self.motion_bound.turned() + angle;
-            // No walk follows the pair meanwhile.
+            // Until then, there is no walk for this pair.
             let memory = &mut self.memories[place as usize];
             *memory = WarmStart { inadmissible_until, facet: None, ..*memory };
         }
     }
 
-    /// Returns true if the pair is stored as having no shared normal, and that still holds.
+    /// Returns true if a stored result says that the pair has no shared normal, and the result is
+    /// still valid.
     pub(crate) fn is_inadmissible(&self, pair: &LeafPair) -> bool {
         pair.memory.is_some_and(|memory| memory.inadmissible_until >= self.motion_bound.turned())
     }
 
-    /// Node pairs in the tree down to the cut.
+    /// Returns the number of node pairs in the tree down to the cut.
     pub fn node_pairs(&self) -> usize {
         self.fresh as usize - 2 * self.free.len() - 1
     }
@@ -332,7 +336,7 @@ impl Front {
         }
     }
 
-    /// Only the root is in the tree, and it is due.
+    /// Starts the tree again: it contains only the pair of `nodes`, which is due.
     fn restart(&mut self) {
         self.wakes.clear(self.fresh as usize);
         self.free.clear();
@@ -343,7 +347,7 @@ impl Front {
         self.was_full = false;
         (self.represented, self.is_mixed) = (0, false);
         self.occupy(0, self.nodes, NONE);
-        // A wake value of 0 is due at any sum above 0.
+        // A pair with wake value 0 is due at any sum above 0.
         self.motion_bound.spend(0.0);
         self.wakes.set(0, 0);
         self.pace = 0.0;
@@ -351,13 +355,13 @@ impl Front {
         self.end_rests();
     }
 
-    /// Returns false for a pair whose pieces are all thicker than the query's limit.
+    /// Returns false if all pieces of the pair are thicker than the query's limit.
     #[inline]
     fn is_wanted(&self, query: &PlacedPair<'_>, place: u32) -> bool {
         query.wants(self.thinnest_at[place as usize])
     }
 
-    /// Occupies a place with the pair of these nodes. It is a half of the pair at `parent`, or the
+    /// Puts the pair of these nodes at a place. The pair is a half of the pair at `parent`, or the
     /// root if `parent` is `NONE`.
     fn occupy(&mut self, place: u32, [a, b]: [u32; 2], parent: u32) {
         self.pairs[place as usize] = Pair::of(a, b, parent);
@@ -367,7 +371,7 @@ impl Front {
         self.thinnest_in[block] = thicknesses.fold(f32::INFINITY, f32::min);
     }
 
-    /// Blocks of the board that are in use.
+    /// Returns the number of blocks of `wakes` that are in use.
     fn blocks(&self) -> usize {
         (self.fresh as usize).div_ceil(BLOCK)
     }
@@ -377,7 +381,8 @@ impl Front {
         self.wakes.set(place, self.motion_bound.due(distance - query.tolerance));
     }
 
-    /// Marches a pair from the end of its last march, or cold.
+    /// Marches a pair from the end of its last march; a pair without stored results has no such
+    /// start. Returns the result, and the data that were stored for the pair before.
     fn march(
         &mut self,
         query: &PlacedPair<'_>,
@@ -415,14 +420,14 @@ impl Front {
         LeafPair { piece_a, piece_b, place: Some(place), proximity: answer.proximity, memory }
     }
 
-    /// Pieces of a pair of leaves.
+    /// Returns the pieces of a pair of leaves.
     fn pieces(&self, placed: &PlacedPair<'_>, place: u32) -> [u32; 2] {
         let pair = self.pairs[place as usize];
         [piece_of(placed.a, pair.a), piece_of(placed.b, pair.b)]
     }
 }
 
-/// The piece at a leaf.
+/// Returns the piece at a leaf.
 fn piece_of(side: Side<'_>, node: u32) -> u32 {
     match side.hierarchy.node(node).kind {
         NodeKind::Leaf { piece } => piece,

@@ -27,7 +27,7 @@ use crate::body::OrientedBox;
 pub(super) struct MotionBound {
     box_a: OrientedBox,
     box_b: OrientedBox,
-    /// Model units.
+    /// Size of a quantum, model units.
     quantum: f64,
     size: f64,
     last: Option<Placement>,

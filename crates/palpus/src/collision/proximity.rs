@@ -21,7 +21,7 @@ pub struct Closest {
     pub point_a: DVec3,
     /// Closest point on b.
     pub point_b: DVec3,
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
     /// Distance of the points, model units; greater than zero.
     pub distance: f64,
@@ -54,7 +54,7 @@ pub enum StopReason {
 /// The result of a distance query, and the start of the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct March {
-    /// Apart or overlapping, in b's frame.
+    /// The distance and the closest points, or an overlap; vectors are in b's frame.
     pub proximity: Proximity,
     /// Features from which the next search starts.
     pub features: FeaturePair,

@@ -38,7 +38,7 @@ pub(super) enum Step {
 pub(super) struct ClosestPoints {
     pub(super) on_p: DVec3,
     pub(super) on_q: DVec3,
-    /// Unit, from q into p.
+    /// Unit vector from q into p.
     pub(super) normal: DVec3,
 }
 

@@ -6,8 +6,8 @@ use crate::algebra::Placement;
 use crate::body::Polytope;
 
 /// Returns the gap (model units) between the support planes of two pieces along `normal`, and the
-/// support vertices of a and of b. `normal` is unit, from b into a, in b's frame. The gap is
-/// negative if the pieces overlap along the normal. It never exceeds their distance.
+/// support vertices of a and of b. `normal` is a unit vector from b into a, in b's frame. The gap
+/// is negative if the pieces overlap along the normal. It never exceeds their distance.
 ///
 /// The search for support vertices begins at the vertices `hub`. `pose_ba` places a's frame in b's.
 #[inline]

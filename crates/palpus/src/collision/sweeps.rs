@@ -72,7 +72,7 @@ fn march_is_correct_from_random_starts() {
 
 #[test]
 fn direction_of_a_shallow_overlap_points_outward() {
-    // A corner of a turned cube overlaps the top of a box. Each body is a once.
+    // A corner of a turned cube overlaps the top of a box. Either of the two is body a.
     let (below, above) = (cuboid(DVec3::new(2.0, 2.0, 0.5)), cuboid(DVec3::ONE));
     let turned = DQuat::from_rotation_arc(DVec3::ONE.normalize(), -DVec3::Z);
     let pose = Pose::new(turned, DVec3::new(0.1, 0.2, 0.5 + 3f64.sqrt() - 0.01));

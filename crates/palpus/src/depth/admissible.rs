@@ -2,9 +2,9 @@
 //!
 //! A hull adds faces that are not part of the surface. A force along the normal of an added face
 //! would come from a surface that does not exist. A normal is *admissible* for a piece if the
-//! source mesh has this normal at the piece's patch ([`AdmissibleNormals`]). An *admissible facet*
-//! of the CSO has a normal that is admissible for both pieces. The depth of a contact is the least
-//! h over the admissible facets:
+//! source mesh has this normal at the piece's patch ([`AdmissibleNormals`]). A facet of the CSO is
+//! an *admissible facet* if its normal is admissible for both pieces. The depth of a contact is the
+//! least h over the admissible facets:
 //!
 //! * A face of b, or the end of an arc of b, against the vertex of body a that supports its normal.
 //!   The opposite normal must be admissible at this vertex. The same holds with a and b exchanged.

@@ -22,7 +22,7 @@ use crate::body::{Feature, Loop, Polytope};
 /// maps, the facet is a corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
-    /// Unit, from body b into body a.
+    /// Unit vector from body b into body a.
     pub(super) normal: DVec3,
     /// h along the normal, up to rounding.
     pub(super) offset: f64,

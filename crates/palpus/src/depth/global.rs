@@ -109,7 +109,7 @@ pub struct DepthBracket {
     /// The distance of the surfaces (model units) if the bodies are separate or one lies in the
     /// other.
     pub distance: Option<f64>,
-    /// Evaluations that the search used.
+    /// Number of evaluations that the search used.
     pub evaluations: u64,
 }
 

@@ -13,7 +13,7 @@
 //! 2. Keep the arcs with an end below `bar`.
 //! 3. Cross the kept arcs of body a with the kept arcs of b (EE). Two arcs cross if the ends of
 //!    each arc lie on both sides of the other arc's great circle, in matching order. Four signs of
-//!    dot products decide whether they do. Offsets are compared without square roots.
+//!    dot products decide whether the arcs cross. Offsets are compared without square roots.
 //!
 //! If two cones only touch (aligned boxes), they meet in face normals, and step 1 accepts these
 //! normals within a tolerance. So step 3 needs no tolerance, and skips nearly parallel edges.

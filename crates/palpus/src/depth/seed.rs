@@ -44,7 +44,7 @@ impl Depth {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
     pub(super) hub: HubPair,
-    /// Unit.
+    /// Unit vector.
     pub(super) normal: DVec3,
     /// Depth h along the normal (length unit of the polytopes).
     pub(super) offset: f64,

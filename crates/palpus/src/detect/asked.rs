@@ -15,7 +15,7 @@ pub(super) struct Asked<'q> {
     pub(super) pose_ba: Pose,
     /// `pose_ba` as a matrix.
     pub(super) place: Placement,
-    /// Model units.
+    /// Contacts are searched below this separation, in model units.
     pub(super) tolerance: f64,
     /// Contacts press below this separation, in model units.
     offset: f64,

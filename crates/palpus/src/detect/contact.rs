@@ -20,7 +20,7 @@ pub struct Contact {
     pub point_a: DVec3,
     /// p₂ of \[K02\], on b.
     pub point_b: DVec3,
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
     /// d of \[K02\]: the distance if the bodies are apart, or minus the depth if they overlap, in
     /// model units (metres in a scene).

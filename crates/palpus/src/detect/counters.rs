@@ -8,48 +8,48 @@ use crate::collision::TraversalCounters;
 pub struct QueryCounters {
     /// Counters of the descent, and of the search for the nearest pair if requested.
     pub traversal: TraversalCounters,
-    /// Depth walks.
+    /// Number of depth walks.
     pub walks: u32,
-    /// Moves of all walks.
+    /// Number of moves of all walks.
     pub walk_steps: u32,
-    /// Walks that ended without convergence.
+    /// Number of walks that ended without convergence.
     pub walk_stops: u32,
-    /// Depths without a proof that they are globally least: all depths, unless the query's settings
-    /// request proofs.
+    /// Number of depths without a proof that they are globally least: all depths, unless the
+    /// query's settings request proofs.
     pub unproven: u32,
-    /// Depths that were moved to another normal, because the meshes of both pieces do not have the
-    /// normal of the least depth.
+    /// Number of depths that were moved to another normal, because the meshes of both pieces do not
+    /// have the normal of the least depth.
     pub moved: u32,
-    /// Depths that were left out because they contradict the surfaces of the solids.
+    /// Number of depths that were left out because they contradict the surfaces of the solids.
     pub rejected: u32,
-    /// Replacement contacts, from a witness point to the nearest surface, if the bodies overlap and
-    /// no depth of pieces was accepted; 0 or 1.
+    /// Number of replacement contacts, from a witness point to the nearest surface, if the bodies
+    /// overlap and no depth of pieces was accepted; 0 or 1.
     pub stood_in: u32,
-    /// Overlaps that were left out because the two pieces share no surface normal.
+    /// Number of overlaps that were left out because the two pieces share no surface normal.
     pub inadmissible: u32,
-    /// Searches for an admissible depth that stopped before all edge pairs were examined.
+    /// Number of searches for an admissible depth that stopped before all edge pairs were examined.
     pub admissible_stops: u32,
-    /// Pairs of closest points that are not contacts: a point is not on the mesh's surface, or the
-    /// surface there does not face along the normal.
+    /// Number of pairs of closest points that are not contacts: a point is not on the mesh's
+    /// surface, or the surface there does not face along the normal.
     pub virtual_closest: u32,
-    /// Contacts that were extrapolated from the last tick because the quota was spent.
+    /// Number of contacts that were extrapolated from the last tick because the quota was spent.
     pub held: u32,
-    /// Overlapping pairs without any contact, because the quota was spent and no cached contact
-    /// existed.
+    /// Number of overlapping pairs without any contact, because the quota was spent and no cached
+    /// contact existed.
     pub unseen: u32,
-    /// Pairs that became represented: the contacts of the sample account for their force until the
-    /// bodies have moved some distance.
+    /// Number of pairs that became represented: the contacts of the sample account for their force
+    /// until the bodies have moved some distance.
     pub represented: u32,
-    /// Sub-steps into which a fast tick's motion was divided; 0 if it was not divided.
+    /// Number of sub-steps into which a fast tick's motion was divided; 0 if it was not divided.
     pub sub_steps: u32,
-    /// Contacts that are kept on the side from which the probe came, because their pair has
-    /// tunnelled.
+    /// Number of contacts that are kept on the side from which the probe came, because their pair
+    /// has tunnelled.
     pub kept_side: u32,
-    /// Patches that were computed.
+    /// Number of patches that were computed.
     pub patches: u32,
-    /// Additional contacts at the other corners of patches.
+    /// Number of additional contacts at the other corners of patches.
     pub corners: u32,
-    /// Contacts left out because one of their values was not a finite number.
+    /// Number of contacts left out because one of their values was not a finite number.
     pub non_finite: u32,
     /// Time in the descent and the marches, ns.
     pub query_ns: u64,

@@ -8,8 +8,8 @@
 //! 1. The search over the pieces returns all pairs whose distance exceeds the least one by at most
 //!    the largest deviations of both bodies ([`slack`]). One of these pairs has the nearest
 //!    triangles.
-//! 2. If neither piece of a pair has a deviation, its faces are the triangles, and its distance
-//!    stays.
+//! 2. If neither piece of a pair has a deviation, the faces of both are the triangles, and the
+//!    distance of the pair stays.
 //! 3. Otherwise all triangles that can be nearest lie beside the closest points, in a thin slab
 //!    perpendicular to their normal. The trees over the triangles find these triangles.
 //! 4. The closest points of the nearest pair of triangles replace those of the pieces. The normal
@@ -96,8 +96,8 @@ fn nearest_triangles(placed: &Placed<'_>, contact: &Contact, deviation: f64, lim
     let piece_a = &placed.a.polytopes()[contact.piece_a as usize];
     let piece_b = &placed.b.polytopes()[contact.piece_b as usize];
     let (tree_a, tree_b) = (placed.a.tree(), placed.b.tree());
-    // On each body, a point of such a pair lies below the piece's closest point by at most the
-    // deviations and the surplus of its distance over that of the pieces.
+    // On each body, a point of such a pair of triangles lies below the piece's closest point by at
+    // most the deviation plus the excess of the triangles' distance over the pieces' distance.
     let surplus = 2.0 * deviation;
     let slab_a = Slab::new(place.inverse_vector(-normal), place.inverse_point(point_a), surplus + deviation);
     let slab_b = Slab::new(normal, point_b, surplus + deviation);
@@ -163,7 +163,7 @@ impl Slab {
         height >= self.least
     }
 
-    /// Returns the height of the highest point of a box, whose ball is given.
+    /// Returns the greatest height of a point of a box. `ball` is the ball around the box.
     fn highest(&self, ball: &Ball, bounds: &Aabb) -> f64 {
         self.outward.dot(ball.middle) + 0.5 * self.outward.abs().dot(bounds.max - bounds.min)
     }
@@ -193,7 +193,7 @@ impl Ball {
         self.middle.distance(other.middle) - self.radius - other.radius
     }
 
-    /// Returns the gap of the shadows of two balls along a unit vector.
+    /// Returns the gap between two balls that are projected along a unit vector.
     fn gap_beside(&self, other: &Self, along: DVec3) -> f64 {
         let apart = other.middle - self.middle;
         (apart - along * along.dot(apart)).length() - self.radius - other.radius
@@ -201,8 +201,9 @@ impl Ball {
 }
 
 /// Returns the unit normal of the closest points of two triangles, which are `apart`. Rounding
-/// tilts the line between near points. The normal of a triangle, or the direction across two edges,
-/// is exact. It is taken if it is parallel to the line within the rounding of the points.
+/// tilts the line between near points. The normal of a triangle and the direction across two edges
+/// are exact. Such a direction is returned if it is parallel to the line within the rounding of the
+/// points.
 fn normal_between(s: &[DVec3; 3], t: &[DVec3; 3], apart: DVec3, known: DVec3) -> DVec3 {
     let largest = s.iter().chain(t).map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let rounding = MARCH_NOISE * largest;

@@ -15,9 +15,9 @@
 //!    has the normal of the side from which it came, whatever the march returns. The contact's
 //!    separation is the gap between the two support planes along this normal.
 //! 4. A side is dropped in these cases: the pair is apart along the side's normal; its point has
-//!    slid off the edge of the piece; the query finds a contact on this side again. It is also
-//!    dropped if the pair becomes deeper than at the tunnelling by a fixed number of tolerances: a
-//!    tool that is pushed so far goes through.
+//!    slid off the edge of the piece; the query finds a contact on this side again. A side is also
+//!    dropped if the pair becomes a fixed number of tolerances deeper than at the moment of
+//!    tunnelling. So a tool that is pushed hard enough passes through the part.
 //!
 //! Direct rendering has no proxy that stays on the surface. For thin parts, the useful property of
 //! a proxy is its memory of the side. The guard adds this memory only for pairs that tunnelled.
@@ -64,7 +64,7 @@ struct KeptSide {
     contact: PairMemory,
     /// The contact's normal, in b's frame.
     normal: DVec3,
-    /// True if a's point went through b.
+    /// True if the point of a went through b; false if the point of b went through a.
     by_a: bool,
     /// Vertices of a and b near the support vertices along the normal.
     hub: [u32; 2],

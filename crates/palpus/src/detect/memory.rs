@@ -22,7 +22,7 @@ pub(super) struct PairMemory {
     pub(super) point_a: DVec3,
     /// Point on b, in b's frame.
     pub(super) point_b: DVec3,
-    /// Unit, from b into a; in the frame of the body with which the normal turns.
+    /// Unit vector from b into a, in the frame of the body with which the normal turns.
     normal: DVec3,
     turns_with_a: bool,
     slope: f64,

@@ -83,8 +83,9 @@ impl PartSearch {
     }
 
     /// Finds the contact of an overlap along the least admissible normal, without a walk. Where
-    /// surfaces fit closely, the walk mostly ends on a normal that is not admissible: pieces
-    /// overlap their neighbours' counterparts a little at the sides.
+    /// surfaces fit closely, the walk mostly ends on a normal that is not admissible. There, a
+    /// piece of one surface also overlaps, a little and at its sides, the pieces beside its
+    /// counterpart.
     fn at_admissible_depth(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
         let [normals_a, normals_b] = asked.admissible_normals(leaf);
         let (last, [a, b]) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));

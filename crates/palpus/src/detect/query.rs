@@ -1,4 +1,4 @@
-//! The public face of contact determination: two bodies, and their contacts at any pose.
+//! The public interface of contact determination: two bodies, and their contacts at any pose.
 
 use std::sync::Arc;
 
@@ -8,8 +8,8 @@ use super::{Contact, Helper, QueryCounters, QuerySettings};
 use crate::algebra::{Clock, NoClock, Pose, Quota, Work};
 use crate::body::Body;
 
-/// Finds the contacts of a body a with a body b. It contains both bodies, the settings, working
-/// memory, and data cached from query to query.
+/// Finds the contacts of a body a with a body b. The value contains both bodies, the settings,
+/// working memory, and data that are cached from query to query.
 ///
 /// Queries at poses near the last one are fast, but any pose may follow any other. Only
 /// [`Self::new`] allocates memory.
@@ -57,14 +57,14 @@ impl ContactQuery {
         self.run_within(pose_ba, &Work::unlimited().all(), clock)
     }
 
-    /// Like [`Self::run`], with at most about `quota` of work. Pairs that were not reached get
-    /// their contacts from the last query, and come first in the next query.
+    /// Runs a query like [`Self::run`], but does at most about `quota` of work. Pairs that are not
+    /// reached get their contacts from the last query, and come first in the next query.
     ///
-    /// If the settings ask for it, contacts of the last query are *held*: they are extrapolated
-    /// with the bodies, and their separation is computed along their normals, which is correct to
-    /// first order in the motion. Pairs that were not in contact may now be nearer than the
-    /// tolerance, but not nearer than [`Self::unseen_separation`]. Hulls of whole parts never make
-    /// contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
+    /// If [`QuerySettings::holding`] is true, contacts of the last query are *held*: they move with
+    /// the bodies, and their separation is computed along their normals. This extrapolation is
+    /// correct to first order in the motion. Pairs that were not in contact may now be nearer than
+    /// the tolerance, but not nearer than [`Self::unseen_separation`]. Hulls of whole parts never
+    /// make contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
     pub fn run_within(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) -> &QueryCounters {
         let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);
         self.counters = self.search.run(&asked, &self.settings, quota, clock);
@@ -83,7 +83,7 @@ impl ContactQuery {
         self.search.nearest(&asked, &mut self.counters)
     }
 
-    /// The contacts of the last query.
+    /// Returns the contacts of the last query.
     pub fn found(&self) -> &[Contact] {
         self.search.contacts()
     }
@@ -93,8 +93,9 @@ impl ContactQuery {
         &self.counters
     }
 
-    /// Lower bound of the separation (model units) of all pairs that the last query skipped because
-    /// its quota was spent. Infinite if it skipped none; minus infinity if it had just begun.
+    /// Returns a lower bound of the separation (model units) of all pairs that the last query
+    /// skipped because its quota was spent. Infinite if the query skipped no pair; minus infinity
+    /// if the query has no earlier results.
     ///
     /// Pairs with extrapolated contacts do not count as skipped; nor do pairs whose closest points
     /// were on virtual features at their last visit.
@@ -102,18 +103,19 @@ impl ContactQuery {
         self.search.unseen_separation()
     }
 
-    /// The least separation of the skipped pairs that were beyond the tolerance at their last
-    /// visit. Pairs within tolerance, with contacts that are extrapolated or dropped, do not count.
+    /// Returns the least separation of the skipped pairs that were beyond the tolerance at their
+    /// last visit. Pairs within the tolerance, whose contacts are extrapolated or dropped, do not
+    /// count.
     pub fn unexamined_separation(&self) -> f64 {
         self.search.unexamined_separation()
     }
 
-    /// The body a, whose pose each query gets.
+    /// Returns body a, whose pose is given to each query.
     pub fn a(&self) -> &Arc<Body> {
         &self.a
     }
 
-    /// The body b, in whose frame the contacts are.
+    /// Returns body b, in whose frame the contacts are.
     pub fn b(&self) -> &Arc<Body> {
         &self.b
     }

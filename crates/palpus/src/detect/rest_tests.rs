@@ -18,6 +18,7 @@ const CELLS: usize = 36;
 const CELL: f64 = 1e-3;
 /// Height of the waves, m.
 const HEIGHT: f64 = 1e-4;
+/// Contact tolerance, m.
 const TOLERANCE: f64 = 1e-5;
 /// The vertex near the middle that a test raises.
 const BURR: usize = 17 * (CELLS + 1) + 20;

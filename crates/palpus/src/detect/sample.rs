@@ -28,14 +28,14 @@ use crate::algebra::tolerance::{
 use crate::algebra::{Directions, LANES};
 use crate::body::{Body, NodeKind};
 
-/// Which pairs are measured, and how much their contacts count.
+/// Decides which pairs are measured, and how much their contacts count.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
     /// Rank of each piece of one body, 0 to 1.
     ranks: Arc<[f32]>,
     of_a: bool,
-    /// Pieces with a rank below this belong to the sample. With [`Self::ALL`], all pieces do, with
-    /// full weight.
+    /// Pieces with a rank below this belong to the sample. With [`Self::ALL`], all pieces belong to
+    /// it and have full weight.
     share: f64,
     /// The contacts of the sample, as of the last query.
     loads: Loads,
@@ -113,7 +113,7 @@ impl Sample {
     /// The share with which all pairs have full weight.
     const ALL: f64 = 1.0 / (1.0 - SAMPLE_FADE);
 
-    /// A sample of the pairs of two bodies that begins with all pairs.
+    /// Returns a sample for two bodies. At first, all pairs belong to the sample.
     pub(super) fn new(a: &Body, b: &Body) -> Self {
         let of_a = a.size() <= b.size();
         let ranks = ranks(if of_a { a } else { b });
@@ -132,14 +132,14 @@ impl Sample {
         self.others.copy(&other.others);
     }
 
-    /// Begins with all pairs again.
+    /// Starts again with all pairs in the sample.
     pub(super) fn clear(&mut self) {
         self.share = Self::ALL;
         self.loads.clear();
         self.others.clear();
     }
 
-    /// True if some pairs are left out.
+    /// Returns true if some pairs are not in the sample.
     pub(super) fn is_partial(&self) -> bool {
         self.share < Self::ALL
     }
@@ -159,7 +159,7 @@ impl Sample {
         };
     }
 
-    /// The mean weight of all pairs.
+    /// Returns the mean weight of all pairs.
     fn part(&self) -> f64 {
         let full = self.share * (1.0 - SAMPLE_FADE);
         let last = ((self.share - 1.0) / (SAMPLE_FADE * self.share)).max(0.0);

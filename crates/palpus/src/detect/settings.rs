@@ -3,7 +3,8 @@
 /// Selects whether depths are proven.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Proof {
-    /// The walk alone: the depth is a local minimum, as in \[K02 §3.3\]. Servo loops use this.
+    /// The walk gives the depth without a proof. The depth is a local minimum, as in \[K02 §3.3\].
+    /// Servo loops use this.
     #[default]
     None,
     /// The depth of every overlapping pair of pieces is proven globally least.
@@ -16,10 +17,11 @@ pub struct QuerySettings {
     /// Contacts are nearer than this, model units; 0 finds overlaps only.
     pub tolerance: f64,
     /// Contacts press below this separation, model units; `None`: below the tolerance. If so many
-    /// pairs touch that only a sample is measured, the choice of the other pairs to measure depends
-    /// on how hard they press.
+    /// pairs touch that only a sample is measured, a pair outside the sample is measured only if it
+    /// presses harder than the sample.
     pub contact_offset: Option<f64>,
-    /// The most contacts of one query, at least one. If there are more, the deepest are kept.
+    /// Largest number of contacts of one query, at least one. If there are more, the deepest are
+    /// kept.
     pub capacity: usize,
     /// Selects whether depths are proven globally least.
     pub proof: Proof,
@@ -36,8 +38,8 @@ pub struct QuerySettings {
 }
 
 impl Default for QuerySettings {
-    /// Contacts within 1 mm, if the model unit is the metre; at most 4096, not proven, for single
-    /// poses in any order.
+    /// Returns settings for contacts within 1 mm (if the model unit is the metre), at most 4096 of
+    /// them. Depths are not proven. The poses may be in any order.
     fn default() -> Self {
         Self {
             tolerance: 1e-3,

@@ -59,13 +59,14 @@ pub struct LinkageSettings {
 /// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkageCounters {
-    /// Contacts that are in a cluster.
+    /// Number of contacts that are in a cluster.
     pub admitted: u32,
-    /// Contacts left out because their number exceeded the capacity or [`LinkageSettings::most`].
+    /// Number of contacts left out because their number exceeded the capacity or
+    /// [`LinkageSettings::most`].
     pub dropped: u32,
-    /// Contacts left out because one of their numbers was not finite.
+    /// Number of contacts left out because one of their numbers was not finite.
     pub non_finite: u32,
-    /// Groups of eq. 2 that were cut because their normals opposed each other.
+    /// Number of groups of eq. 2 that were cut because their normals opposed each other.
     pub cut_groups: u32,
 }
 

@@ -269,7 +269,7 @@ fn deepest_and_differently_directed_contacts_are_kept() {
         found.sort_unstable();
         assert_eq!(found, expected, "seed {SEED:#x}");
     }
-    // If all contacts push in one direction, the deepest are kept.
+    // If all contacts push in one direction, the deepest contacts are kept.
     let mut linkage = Linkage::new(200);
     linkage.run(&contacts[..100], &settings, |contact| contact.normal);
     let deepest = |i: &u32| contacts[*i as usize].separation;

@@ -143,13 +143,14 @@ pub struct Grip {
 /// Counts of the adhesions in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrictionCounters {
-    /// Contacts that slide.
+    /// Number of contacts that slide.
     pub sliding: u32,
-    /// Contacts that took over the strain of another one.
+    /// Number of contacts that took over the strain of another one.
     pub inherited: u32,
-    /// Contacts that began without strain.
+    /// Number of contacts that began without strain.
     pub fresh: u32,
-    /// New contacts for which no adhesion was searched, because the budget of the tick was spent.
+    /// Number of new contacts for which no adhesion was searched, because the budget of the tick
+    /// was spent.
     pub unsought: u32,
 }
 
@@ -307,7 +308,7 @@ impl Grasp<'_> {
 /// Load and stiffness of a cluster.
 #[derive(Clone, Copy, Debug)]
 struct Load {
-    /// F_most, N.
+    /// Largest friction force F_most, N.
     most: f64,
     /// Tangential stiffness of all members of this cluster together, N/m.
     stiffness: f64,

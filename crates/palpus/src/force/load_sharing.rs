@@ -60,7 +60,7 @@ pub struct LoadSharing {
     seen: Vec<Four>,
     /// The contacts that push.
     pushing: Vec<Four>,
-    /// Tilt shares times counts.
+    /// For each contact, its share of the tilts times its count.
     counts: Vec<f64>,
     shares: Vec<f64>,
 }

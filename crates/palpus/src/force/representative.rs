@@ -46,7 +46,7 @@ impl Cluster {
 /// A broken rule of a representative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 enum ClusterFault {
-    /// The normal is not unit.
+    /// The length of the normal is not 1.
     #[error("the normal is not unit")]
     Normal,
     /// A member is deeper than the cluster, or the deepest member's separation differs from the
@@ -59,8 +59,9 @@ enum ClusterFault {
 }
 
 impl Cluster {
-    /// Returns the first broken rule. The normal is unit (eq. 3), the midpoint is in the box of the
-    /// members' midpoints (eq. 4), and the separation is that of the deepest member (eq. 5).
+    /// Returns the first broken rule. The normal has the length 1 (eq. 3), the midpoint lies in the
+    /// box of the members' midpoints (eq. 4), and the separation is that of the deepest member
+    /// (eq. 5).
     fn validate(&self, contacts: &[Contact], members: &[u32]) -> Result<(), ClusterFault> {
         let of_members = || members.iter().map(|&i| &contacts[i as usize]);
         let (low, high) = of_members().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), contact| {

@@ -38,7 +38,7 @@ pub struct ShadingSettings {
 /// The smoothed surface of one body at a witness point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothNormal {
-    /// Unit, outward, in b's frame.
+    /// Outward unit vector in b's frame.
     pub normal: DVec3,
     /// Rotation of the normal per length along the surface, rad/m; 0 where the surface is flat.
     pub curvature: f64,

@@ -27,12 +27,12 @@
 //! other corners, its cell is empty. So sums over all contacts are continuous even if the number of
 //! contacts changes.
 //!
-//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (max(1 − wⱼ/wᵢ, 0))³). By the first term, contacts
-//! with different directions do not affect each other, because they belong to different surfaces.
-//! By the second term, a contact without load takes no share from a loaded contact. Without this
-//! term, the top of a slightly crowned face would lose its load to corners in the air. The cube
-//! makes the second term small for similar loads. A stronger dependence on loads would oscillate,
-//! because the tool's step uses the shares of the last tick.
+//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (max(1 − wⱼ/wᵢ, 0))³). The first term keeps contacts
+//! with different directions from affecting each other, because they belong to different surfaces.
+//! The second term keeps a contact without load from taking a share from a loaded contact. Without
+//! it, the top of a slightly crowned face would lose its load to corners in the air. The cube makes
+//! the second term small for similar loads. A stronger dependence on loads would oscillate, because
+//! the tool's step uses the shares of the last tick.
 
 use std::f64::consts::PI;
 

@@ -26,7 +26,7 @@ use crate::algebra::{Twist, rotation_between};
 /// Displacement of the anchor from the device's grip, in b's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
-    /// Translation, m.
+    /// Translation of the anchor, m.
     slip: DVec3,
     turn: DQuat,
 }

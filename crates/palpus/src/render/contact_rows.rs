@@ -88,8 +88,8 @@ impl ContactRows {
 
     /// Linearises `forces` about `center`, the centre of mass.
     ///
-    /// The friction of a contact without load is limited by its share of the known load. In
-    /// bodies that jam, the rounds pass through loads that are many times larger.
+    /// If a contact has no load yet, its friction is limited by its share of `most_load`. Without
+    /// this limit, bodies that jam would reach loads that are many times larger during the rounds.
     pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, settings: &Settings) {
         let contact_offset = settings.contact_offset();
         self.clear();

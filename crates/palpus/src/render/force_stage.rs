@@ -66,7 +66,8 @@ pub struct Forces {
     pub linkage: LinkageCounters,
     /// Counts of the adhesions.
     pub adhesion: FrictionCounters,
-    /// Clusters whose normals cancelled, so that the normal of the deepest member was used.
+    /// Number of clusters whose normals cancelled, so that the normal of the deepest member was
+    /// used.
     pub cancelled_normals: u32,
 }
 

@@ -12,7 +12,7 @@ use crate::algebra::tolerance::{REACH_CREEP, REACH_FADE, REACH_GROWTH, REACH_LEA
 pub(super) struct Reach {
     /// Distance from the centre of mass to the farthest corner of the body's box, m.
     radius: f64,
-    /// m.
+    /// Separation below which contacts push, m.
     contact_offset: f64,
     /// Bound on the motion of all points of the body in the next step, m.
     most: f64,

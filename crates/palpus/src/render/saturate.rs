@@ -64,7 +64,7 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
         Saturation::Joint => {
             let (force_share, torque_share) = (share(wrench.force, limits.force), share(wrench.torque, limits.torque));
             let share = force_share.min(torque_share);
-            // One of the two is at its limit, and both count as reduced.
+            // If force or torque is at its limit, both count as reduced.
             let cut = share < 1.0;
             // Each part is shortened again, because a very small factor is inexact.
             let within = |v: DVec3, limit| shorten(v * share, limit).0;

@@ -61,7 +61,7 @@ pub struct StageTimes {
 pub struct ToolCounters {
     /// Number of times that the system was solved.
     pub rounds: u32,
-    /// Clusters that lost contact within the step.
+    /// Number of clusters that lost contact within the step.
     pub released: u32,
     /// 1 if the last round still changed the set of pressing contacts or a friction force.
     pub unsettled: u32,
@@ -82,7 +82,7 @@ pub struct Counters {
     /// Numbers of contacts that slide, that took over the strain of another contact, and that began
     /// without strain.
     pub friction: FrictionCounters,
-    /// Clusters whose normals cancelled, so that the deepest member's normal was used.
+    /// Number of clusters whose normals cancelled, so that the deepest member's normal was used.
     pub cancelled_normals: u32,
     /// Counters of the tool's step.
     pub tool: ToolCounters,
@@ -117,7 +117,7 @@ pub struct Tick {
     pub transient: DVec3,
     /// All contacts nearer than the tolerance.
     pub contacts: Vec<Contact>,
-    /// Units of work ([`crate::algebra::Work`]) that the query did.
+    /// Number of units of work ([`crate::algebra::Work`]) that the query did.
     pub work: u64,
     /// The work limit of the query; `None` if it was unlimited.
     pub work_allowed: Option<u64>,

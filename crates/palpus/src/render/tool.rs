@@ -139,8 +139,8 @@ impl Tool {
         self.pose_ba = None;
     }
 
-    /// Begins a step of `h` s at the tool's pose. Returns the matrix and the right side without
-    /// contacts. `free` is true if nothing is near.
+    /// Begins a step of `h` s at the tool's pose. Returns the matrix and the right-hand side
+    /// without contacts. `free` is true if nothing is near.
     pub(super) fn begin(&mut self, device: &ProbeState, free: bool, h: f64) -> (SpatialMatrix, Wrench) {
         let pose = self.pose_ba(device);
         if free {
@@ -184,7 +184,7 @@ impl Tool {
         }
     }
 
-    /// Steps 1 and 2: returns the system without contacts; the right side is multiplied by h.
+    /// Steps 1 and 2: returns the system without contacts; the right-hand side is multiplied by h.
     fn unhindered(&self, pose: &Pose, h: f64) -> (SpatialMatrix, Wrench) {
         let bond = &self.bond;
         let rotation = DMat3::from_quat(pose.rotation);

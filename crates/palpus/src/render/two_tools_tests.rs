@@ -1,5 +1,6 @@
-//! Tests two tools. Apart, each behaves like a single tool. In contact, their forces are equal and
-//! opposite, tools at rest stay at rest, and tools that move together are not braked.
+//! Tests two tools. While the tools are apart, each behaves like a single tool. While they touch,
+//! their forces are equal and opposite, tools at rest stay at rest, and tools that move together
+//! are not braked.
 
 mod blocks;
 

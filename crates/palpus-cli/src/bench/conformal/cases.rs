@@ -81,7 +81,7 @@ pub(super) struct Case {
     pub(super) name: &'static str,
     pub(super) a: Arc<Body>,
     pub(super) b: Arc<Body>,
-    /// Poses of a in b's frame. The engine forgets all contacts before each stretch.
+    /// Poses of a in b's frame. The engine drops all contacts before each stretch.
     pub(super) stretches: Vec<Vec<Pose>>,
     /// Contact tolerance, m.
     pub(super) tolerance: f64,

@@ -112,8 +112,8 @@ pub(super) struct Accuracy {
     pub(super) analytic: Option<[f64; 2]>,
 }
 
-/// Runs a case and compares about `truths` of its poses with the truth. The trace gets these poses
-/// and the pose before each of them. `helpers` threads take part in the steps.
+/// Runs a case. Compares its results with the truth at about `truths` poses. The trace gets these
+/// poses and the pose before each of them. `helpers` threads take part in the steps.
 pub(super) fn measure(
     case: &Case,
     truths: usize,

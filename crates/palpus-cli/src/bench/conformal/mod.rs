@@ -23,9 +23,9 @@ use self::trace::Trace;
 use crate::table::Table;
 use crate::{files, output};
 
-/// Measures all cases, the case `only`, or if there is none of this name, the cases whose names
-/// begin with it. Writes `conformal.txt` and `conformal.json` to `out`, and for other engines a
-/// folder for each case if `traces` is true.
+/// Measures all cases, or the case called `only`. If no case has this name, measures the cases
+/// whose names begin with it. Writes `conformal.txt` and `conformal.json` to `out`, and for other
+/// engines a folder for each case if `traces` is true.
 pub(super) fn conformal(
     out: &Path,
     models: Option<&Path>,

@@ -16,14 +16,17 @@ use palpus_scenes::shape;
 
 use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
 
-/// Number of poses along the path, and half the path's length as a share of the ring's size.
+/// Number of poses along the path.
 const POSES: i32 = 240;
+/// Half the length of the path, as a share of the ring's size.
 const HALF_WAY: f64 = 0.75;
 /// The position on the path at which the second plot is made, as a share of the ring's size.
 const PLACE: f64 = 0.02;
-/// The smallest budget, the factor between two budgets, and the number of budgets.
+/// The smallest budget.
 const BUDGET: f64 = 10.0;
+/// Factor between two successive budgets.
 const FACTOR: f64 = 1.3;
+/// Number of budgets.
 const BUDGETS: i32 = 30;
 
 /// Writes `depth_path.svg` and `depth_budget.svg` into `out`.

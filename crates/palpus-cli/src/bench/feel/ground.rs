@@ -68,11 +68,11 @@ pub(super) struct Ground {
 /// The true contacts at one of the judged poses; `None` if the two searches disagree.
 pub(super) type RefinedPose = Option<Vec<TrueContact>>;
 
-/// Ticks between two measurements of the overlap.
+/// Number of ticks between two measurements of the overlap.
 pub(super) const JUDGED: usize = 5;
 /// Latest beginning of the script, as a share of the time that the script leaves out.
 const LATER: f64 = 0.7;
-/// Time in which the hand builds up its press, s.
+/// Time in which the force of the hand's press rises, s.
 const LEAN_IN: f64 = 0.3;
 /// Time step of the search for a start pose without contact, s.
 const SEARCH: f64 = 0.02;
@@ -142,7 +142,7 @@ impl Ground {
         let place = (seconds / (JUDGED as f64 * TICK)).max(0.0);
         let at = |k: usize| self.presses.get(k).or(self.presses.last()).copied().unwrap_or_default();
         let k = place as usize;
-        // A hand that starts in the middle of a path first has to build up its press.
+        // If the hand starts in the middle of a path, the force of its press rises from zero.
         let s = (seconds / LEAN_IN).clamp(0.0, 1.0);
         at(k).lerp(at(k + 1), place - place.floor()) * (s * s * (3.0 - 2.0 * s))
     }

@@ -6,12 +6,12 @@
 //! * *Step over motion*: the force step divided by the stiffness and by the largest motion of a
 //!   point of the probe in that millisecond. A single linear contact gives at most 1, a sum of n
 //!   contacts at most n, and a jump any value.
-//! * *Step while merging*, on the rails: the largest step while the depth stays the same and two
-//!   contacts become one, relative to the mean force.
+//! * *Step while merging*, in the scene `rails`: the largest step while the depth stays the same
+//!   and two contacts become one, relative to the mean force.
 //! * *Truth*, for scenes with a known truth ([`super::truth`]).
 //! * *Pop-through*: an episode in which the bodies overlap by more than a tenth of a millimetre,
-//!   and the force is less than a tenth of the expected force (or the torque less than a tenth of
-//!   the expected force times the reach).
+//!   and too little is felt: the sum of the force and of the torque divided by the reach is less
+//!   than a tenth of the expected force.
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
@@ -64,8 +64,8 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
     Ok(Curve { times, wrenches: played.wrenches })
 }
 
-/// Returns the parameters of the methods. Friction is as in the scene. In scenes with a known truth
-/// it is off, because the truth has no friction.
+/// Returns the parameters of the methods. Friction is as in the scene, but is off in scenes with a
+/// known truth, because the truth has no friction.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
     Tuning { friction: ground.truth.is_none() && ground.refined.is_none(), ..Tuning::of(ground) }
 }
@@ -133,8 +133,8 @@ fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     add("torque step over motion", "", torque_over_motion);
 }
 
-/// Times at which the knife on the rails reaches its final depth, and at which it leaves the rails,
-/// s.
+/// Times (s) at which the knife on the rails reaches its final depth, and at which it leaves the
+/// rails.
 const MERGING: [f64; 2] = [0.9, 3.5];
 
 /// Adds the largest step while the knife stays at its depth and its two contacts approach each

@@ -20,7 +20,7 @@ use super::open::is_missing;
 use super::row::{Rows, largest, mean, quantile};
 use crate::bench::TICK;
 
-/// Ticks between two evaluations of the true overlap.
+/// Number of ticks between two evaluations of the true overlap.
 const JUDGED: usize = 10;
 /// Force with which the hand presses, N.
 const PRESS: f64 = 2.0;

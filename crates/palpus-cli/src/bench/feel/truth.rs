@@ -15,10 +15,10 @@
 //! * *rest*: the difference between the wrench felt at rest and the true wrench transmitted by the
 //!   springs. This is the engine's own error.
 //!
-//! The transmitted truth is computed for a tool on springs. Translational and rotational springs
-//! hold the tool to the hand at the grip, and rigid true contacts support it from the contact
-//! offset on. The balance of forces is a linear complementarity problem. The problem is solved by
-//! projected Gauss-Seidel, and linearised again at each pose of the iteration.
+//! The transmitted true wrench is computed for a tool on springs. Translational and rotational
+//! springs hold the tool to the hand at the grip, and rigid true contacts support it from the
+//! contact offset on. The balance of forces is a linear complementarity problem. The problem is
+//! solved by projected Gauss-Seidel, and linearised again at each pose of the iteration.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Wrench};

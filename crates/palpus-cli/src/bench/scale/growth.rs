@@ -136,7 +136,7 @@ const SIDEWAYS: f64 = 0.000_5;
 const SINKS: f64 = 0.2;
 /// Amplitude for [`Orbit::touching`], m: a gap of a hundredth of this counts as touching.
 const GAP: f64 = 0.000_01;
-/// Contacts are counted at one tick out of this many.
+/// Contacts are counted at one tick out of this number of ticks.
 const SAMPLE: usize = 50;
 /// Range of the search for the tolerance, m.
 const LEAST_TOLERANCE: f64 = 1e-6;

@@ -14,8 +14,8 @@ use crate::bench::TICK;
 
 /// Work limit of a step, in units of work: 0.6 ms at 100 ns for each unit.
 pub(super) const ALLOWED: u64 = 6000;
-/// Ticks of the comparison. Without a limit, a tick of the nut on its thread takes a tenth of a
-/// second.
+/// Number of ticks of the comparison. Without a limit, a tick of the nut on its thread takes a
+/// tenth of a second.
 const TICKS: usize = 600;
 /// Default tolerance of a scene, as a share of the smaller body.
 const TOLERANCE: f64 = 0.01;

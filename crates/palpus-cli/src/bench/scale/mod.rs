@@ -84,9 +84,9 @@ fn bound(out: &Path, models: Option<&Path>, effort: Effort) -> anyhow::Result<()
 /// Extent of the measurement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
-    /// Ticks of contact per pair.
+    /// Number of ticks of contact per pair.
     pub(super) ticks: usize,
-    /// Passes over the same ticks; the smallest time of each tick counts.
+    /// Number of passes over the same ticks; the smallest time of each tick counts.
     pub(super) passes: u32,
 }
 

@@ -30,12 +30,12 @@ pub(super) enum Motion {
         pitch: f64,
         /// Largest displacement across the axis, m.
         sway: f64,
-        /// Largest displacement along the axis to each side, besides the screw's, m.
+        /// Largest displacement along the axis to each side, in addition to the advance, m.
         lift: f64,
     },
 }
 
-/// Ticks in which a hand moves to and fro once: two periods per second.
+/// Number of ticks in which a hand moves to and fro once: two periods per second.
 pub(in crate::bench) const PERIOD: f64 = 500.0;
 /// Largest number of ticks in a stretch.
 pub(super) const STRETCH: usize = 2000;
@@ -102,7 +102,7 @@ pub(super) struct Orbit {
 
 /// Largest rotation of the probe to each side in an orbit, rad.
 const ORBIT_TURN: f64 = 0.02;
-/// Steps of the search for first touch; the gap shrinks geometrically.
+/// Largest number of steps of the search for first touch; the gap shrinks geometrically.
 const MOST_ADVANCES: usize = 200;
 /// Gap that counts as touching, as a share of the amplitude.
 const TOUCHING: f64 = 0.01;

@@ -72,7 +72,7 @@ pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
     ("coal-lucy-embryo", "lucy-embryo", [2000, 200], 90.0),
 ];
 
-/// Ticks of the first of [`PAIRS`], for palpus and for Coal, in a quick reproduction.
+/// Numbers of ticks of the first of [`PAIRS`], for palpus and for Coal, in a quick reproduction.
 const QUICK_PAIR: [u32; 2] = [4000, 500];
 
 /// The steps of [`plan`], in their order.
@@ -116,7 +116,7 @@ impl Wanted<'_> {
         self.out.join("data").join(id)
     }
 
-    /// Returns a step that must succeed, and that is quick if all are.
+    /// Returns a step that must succeed. It is quick if the whole reproduction is quick.
     fn step(&self, id: &'static str, what: &'static str, about: f64, command: Result<Invocation, String>) -> Step {
         Step { id, what, about, command, is_quick: self.quick, may_fail: false }
     }

@@ -29,13 +29,14 @@ pub(super) struct Measures {
     pub(super) period: Micros,
     /// Lateness of the ticks; `None` for a run in simulated time.
     pub(super) lateness: Option<Micros>,
-    /// Ticks that began more than half a period late.
+    /// Number of ticks that began more than half a period late.
     pub(super) late: u64,
     pub(super) contacts_mean: f64,
     pub(super) contacts_max: u32,
     pub(super) clusters_max: u32,
-    /// Ticks with a contact, and ticks in which the bodies overlap.
+    /// Number of ticks with a contact.
     pub(super) touching: u64,
+    /// Number of ticks in which the bodies overlap.
     pub(super) penetrating: u64,
     /// Smallest separation, m; negative if the bodies overlap.
     pub(super) least_separation: f64,

@@ -45,7 +45,8 @@ const MISCHIEF_SEED: u64 = 0x11ae_57a1;
 /// Number of messages that the failing service answers.
 const MISCHIEFS: usize = 700;
 
-/// Returns a random number for each message; most stand for a correct answer.
+/// Returns a random number for each message. The number selects the service's answer; most numbers
+/// select a correct answer.
 fn mischief() -> Vec<u8> {
     let mut random = Random::new(MISCHIEF_SEED);
     // The opening must succeed.

@@ -11,7 +11,7 @@ use crate::solid::Solid;
 use crate::style::{linear, piece_colour};
 use crate::xray::XRay;
 
-/// Numbers of a corner: position, normal, colour, sides.
+/// Number of values of a corner: its position, normal, colour and sides.
 pub(super) const CORNER: usize = 12;
 
 /// Drawing of one body in a frame.

@@ -32,11 +32,13 @@ use crate::style::{Style, Theme};
 use keys::Action;
 use timeline::Timeline;
 
-/// Lengths, points.
+/// Width of the panel at the right, points.
 const SIDE: f32 = 270.0;
+/// Height of the panel of curves, points.
 const CURVES: f32 = 300.0;
 /// Playback speeds.
 const SPEEDS: [f64; 9] = [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
+/// Index of the speed at which the recording was made.
 const AS_IT_WAS: usize = 5;
 /// Interval at which the window polls the progress of the replay.
 const LOOK: Duration = Duration::from_millis(150);
@@ -67,7 +69,7 @@ pub struct ReplayedTick {
     pub force: f64,
     /// Torque that the device got, N·m.
     pub torque: f64,
-    /// Contacts within the tolerance.
+    /// Number of contacts within the tolerance.
     pub contacts: u32,
     /// Number of clusters.
     pub clusters: u32,

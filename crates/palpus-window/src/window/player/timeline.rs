@@ -52,8 +52,11 @@ struct Columns {
 const LABEL: f32 = 108.0;
 /// A strip lower than this has its name and its value side by side.
 const LOW: f32 = 30.0;
+/// Gap between two strips, points.
 const GAP: f32 = 3.0;
+/// Size of the letters, points.
 const WORDS: f32 = 11.5;
+/// Smallest upper end of the range of a strip, in the unit of its values.
 const LEAST_RANGE: f64 = 1e-9;
 
 impl Timeline {

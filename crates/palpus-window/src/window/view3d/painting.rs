@@ -19,7 +19,7 @@ use crate::window::{compass, floor};
 
 /// Largest number of drawn dots; more could not be distinguished.
 const MOST_DOTS: usize = 1000;
-/// Length, points.
+/// Size of the letters, points.
 const LETTERS: f32 = 14.0;
 /// Height of titles, points.
 const TITLE: f32 = 36.0;

@@ -39,10 +39,11 @@ use keys::Action;
 use shown::bodies;
 use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section_sampler};
 
-/// Lengths, points.
+/// Width of each panel at a side, points.
 const SIDE: f32 = 330.0;
+/// Width and height of the Gauss map, points.
 const GAUSS: f32 = 270.0;
-/// Pixels of a point in pictures.
+/// Number of pixels per point in pictures.
 const SHARPNESS: f32 = 1.5;
 /// Spread of the pieces that the key sets.
 const APART: f64 = 0.6;

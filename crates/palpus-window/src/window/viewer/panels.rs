@@ -15,8 +15,9 @@ use crate::window::{keys, shell};
 
 /// Largest spread of the pieces.
 const MOST_APART: f64 = 2.0;
-/// Lengths, points.
+/// Height of the scale of depths, points.
 const SCALE: f32 = 10.0;
+/// Number of colours of the scale of depths.
 const SCALE_PARTS: usize = 64;
 
 impl Viewer {

@@ -14,7 +14,7 @@ use crate::section_panel::{SectionOf, Shown, paint_section_panel};
 use crate::style::Theme;
 use crate::window::background::{Background, JobState};
 
-/// Samples along the longer side of a section: first few, then more.
+/// Numbers of samples along the longer side of a section: first few samples, then more.
 const FINENESSES: [usize; 3] = [48, 120, 280];
 
 /// Identifies a Gauss map.
@@ -23,7 +23,7 @@ pub(super) struct GaussQuestion {
     pub(super) piece: u32,
     pub(super) from: Camera,
     pub(super) theme: Theme,
-    /// Size, pixels.
+    /// Width and height of the map, pixels.
     pub(super) size: usize,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct SectionQuestion {
     pub(super) plane: SectionPlane,
     pub(super) shown: Shown,
     pub(super) theme: Theme,
-    /// Size, pixels.
+    /// Width of the picture, pixels.
     pub(super) width: usize,
 }
 

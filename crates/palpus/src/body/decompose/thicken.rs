@@ -166,7 +166,7 @@ struct Trial<'a> {
     tree: &'a TriangleTree,
     /// The patch's facets in ascending order.
     members: Vec<u32>,
-    /// The patch's vertices. During a trial, the tried corners follow.
+    /// The patch's vertices. During a trial, the tried corners are at the end.
     points: Vec<DVec3>,
     noise: f64,
     hull: TrialHull,

@@ -225,7 +225,8 @@ impl WideHull {
         }
     }
 
-    /// Returns a point of `places` that is a corner of the hull; if no point is, any corner.
+    /// Returns a point of `places` that is a corner of the hull, or any corner if `places` has
+    /// none.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())

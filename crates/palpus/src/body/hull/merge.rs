@@ -107,7 +107,8 @@ fn unmerged(points: &[DVec3], shell: &Shell) -> Faces {
 }
 
 /// Marks the neighbours of invalid faces that cannot shrink. A face that cannot shrink is a single
-/// triangle with a corner on the side of another face, so its neighbours have merged too much.
+/// triangle with a corner on the side of another face, so the faces beside it contain too many
+/// triangles.
 fn spoil_neighbours(shell: &Shell, faces: &Faces, distances: &[f64], spoilt: &mut [bool]) {
     let at_end: Vec<u32> = (0..faces.of.len() as u32)
         .filter(|&t| spoilt[faces.of[t as usize] as usize] && distances[t as usize] <= 0.0)

@@ -1,12 +1,13 @@
-//! Step 3 of the front: the pairs within tolerance, marched every tick.
+//! Step 3 of the front: marches the pairs within the tolerance in every tick.
 
 use super::super::{LeafPairs, TraversalCounters};
 use super::{Front, PlacedPair};
 use crate::algebra::Quota;
 
 impl Front {
-    /// Step 3, of the first `count` pairs. Those that are not visited come first, here and next
-    /// time: those for which the quota did not suffice, and then those at rest.
+    /// Does step 3 for the first `count` pairs of the list. Moves the pairs that are not visited to
+    /// the start of the list: first the pairs for which the quota did not suffice, then the pairs
+    /// at rest. So the next query begins with these pairs.
     pub(super) fn visit_awake(
         &mut self,
         query: &PlacedPair<'_>,
@@ -50,7 +51,7 @@ impl Front {
                 self.postpone(query, place, answer.distance());
             }
         }
-        // Pairs that were visited, and pairs that woke in this query, come last.
+        // The visited pairs, and the pairs that woke in this query, are at the end of the list.
         let gone = count - kept;
         if gone > 0 {
             self.awake.copy_within(count.., kept);

@@ -1,32 +1,35 @@
 //! Searches below a pair of nodes without stored data, for pairs that do not fit into the front and
 //! for the nearest pair.
 //!
-//! 1. From the pair of nodes, nearer half first, drop every pair that is farther apart than the
-//!    limit: first by spheres, then by boxes, then by the nodes' hulls.
-//! 2. A pair of leaves is marched; its result may lower the limit.
+//! 1. Go down from the pair of nodes, to the nearer half first. Drop every pair that is farther
+//!    apart than the limit. The distance is tested with spheres, then with boxes, then with the
+//!    nodes' hulls.
+//! 2. March each pair of leaves. Its result may lower the limit.
 //!
-//! The nearest pair is searched in this way from the pairs on the cut, best bound first. A waiting
-//! pair has a bound from its last measurement, so most waiting pairs are not examined.
+//! The search for the nearest pair starts in this way at each pair on the cut, at the pair with the
+//! least bound first. A waiting pair has a bound from its last measurement, so most waiting pairs
+//! are not examined.
 
 use super::super::march::{initial_features, march};
 use super::super::wakes::NEVER;
 use super::super::{LeafPair, LeafPairs, March, Proximity, StopReason, TraversalCounters};
 use super::{Front, Pair, PlacedPair, State, piece_of};
 
-/// A pair of nodes that is not yet examined.
+/// A pair of nodes that the search has not examined yet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodePair {
     nodes: [u32; 2],
-    /// Lower bound of the distance between the two.
+    /// Lower bound of the distance between the two nodes, model units.
     bound: f64,
 }
 
 /// The nearest leaf pairs that a search has found so far.
 struct Near<'f> {
-    /// Pairs farther apart than this do not count; [`Self::slack`] above the least distance.
+    /// Pairs farther apart than this are ignored. The limit is the least distance found so far plus
+    /// [`Self::slack`].
     limit: f64,
     slack: f64,
-    /// Nodes of a leaf pair that is already known.
+    /// Nodes of a leaf pair that is already in `found`.
     known: Option<[u32; 2]>,
     found: &'f mut LeafPairs,
 }
@@ -50,9 +53,9 @@ impl Front {
         });
     }
 
-    /// Writes to `found` the nearest leaf pair of all, or an overlapping one when there is any.
-    /// Also writes the leaf pairs that are at most `slack` farther apart. `query` is the last one,
-    /// of all pairs. `found` is cleared first.
+    /// Writes the nearest of all leaf pairs to `found`, or an overlapping pair if there is one.
+    /// Also writes the leaf pairs that are at most `slack` (model units) farther apart. `query`
+    /// must be the query of the last call of [`Self::within`]. `found` is cleared first.
     pub fn nearest(
         &mut self,
         query: &PlacedPair<'_>,
@@ -62,8 +65,8 @@ impl Front {
     ) {
         found.clear();
         let mut near = Near { limit: f64::INFINITY, slack, known: None, found };
-        // The search below the last result, and then below the best bound, gives a limit that
-        // excludes most other pairs.
+        // The search begins below the last result, and continues below the pair with the least
+        // bound. The limit that it finds there excludes most other pairs.
         let known = self.last_nearest;
         if let Some(nodes) = known {
             self.nearer(query, NodePair { nodes, bound: 0.0 }, &mut near, counters);
@@ -88,14 +91,15 @@ impl Front {
         }
     }
 
-    /// The pair at a place of the cut, and how far apart it is at least.
+    /// Returns the pair at a place, and a lower bound of its distance. `None` if the pair is not on
+    /// the cut.
     fn on_cut(&self, place: u32) -> Option<NodePair> {
         let Pair { a, b, state, .. } = self.pairs[place as usize];
         let wake = self.wakes.get(place);
         let bound = match state {
             State::Split(_) => return None,
             State::Awake | State::Represented | State::Unsplit => 0.0,
-            // Merged with its other half.
+            // This half was merged with the other half.
             State::Waiting if wake == NEVER => return None,
             State::Waiting => self.tolerance - self.motion_bound.since(wake),
         };
@@ -128,8 +132,8 @@ impl Front {
         self.last_nearest = last;
     }
 
-    /// Visits the leaf pairs below a pair that are no farther apart than the limit. Each visit
-    /// returns a new limit. Returns the last one.
+    /// Calls `visit` with the leaf pairs below a pair that are no farther apart than the limit.
+    /// Each call returns a new limit. Returns the last limit.
     fn descend(
         &mut self,
         query: &PlacedPair<'_>,
@@ -168,7 +172,7 @@ impl Front {
     }
 }
 
-/// A leaf pair that has no place.
+/// Returns a leaf pair without a place in the front.
 fn unremembered(query: &PlacedPair<'_>, nodes: [u32; 2], answer: &March) -> LeafPair {
     let (piece_a, piece_b) = (piece_of(query.a, nodes[0]), piece_of(query.b, nodes[1]));
     LeafPair { piece_a, piece_b, place: None, proximity: answer.proximity, memory: None }

@@ -1,5 +1,5 @@
-//! Step 2 of the front: the pairs that are due, measured again; they go on waiting, wake, or are
-//! split.
+//! Step 2 of the front: measures the pairs that are due again. A pair then waits again, becomes
+//! awake, or is split.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_WAIT, SPHERE_WAIT};
 use crate::body::NodeKind;
 
-/// How many pairs that are due are collected at a time.
+/// Number of due pairs that are collected at a time.
 const DUE: usize = 64;
 
 /// If the quota is spent, the next query resumes the search at the start of the same group of this
@@ -22,17 +22,17 @@ const RESUMED: usize = 4;
 
 /// Result of measuring a pair.
 enum Measured {
-    /// At least this distance, not less than the tolerance.
+    /// The pair is at least this far apart, and not nearer than the tolerance.
     Apart(f64),
-    /// Leaves within tolerance.
+    /// The pair is a pair of leaves within the tolerance.
     Within(March, Option<WarmStart>),
-    /// Nodes within tolerance.
+    /// The nodes are within the tolerance, and at least one of them is not a leaf.
     Near,
 }
 
 impl Front {
-    /// Step 2, and step 4 for pairs that go on waiting. Returns false if the quota is spent before
-    /// all due pairs are visited.
+    /// Does step 2, and step 4 for pairs that wait again. Returns false if the quota is spent
+    /// before all due pairs are visited.
     pub(super) fn wake_due(
         &mut self,
         query: &PlacedPair<'_>,
@@ -40,7 +40,7 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) -> bool {
-        // Places that become occupied during the round are measured at once.
+        // Pairs that are added during this round are measured at once.
         let blocks = self.blocks();
         let first = self.first_block.min(blocks);
         for (begin, end) in [(first, blocks), (0, first)] {
@@ -60,7 +60,8 @@ impl Front {
         true
     }
 
-    /// Step 2 for the pairs `due`. Returns the block of the pair at which the quota was spent.
+    /// Does step 2 for the pairs `due`. If the quota is spent, returns the block of the pair at
+    /// which this happened.
     fn wake_some(
         &mut self,
         query: &PlacedPair<'_>,
@@ -69,8 +70,8 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) -> Option<usize> {
-        // The places are far apart in memory. No read of this loop depends on an earlier place, so
-        // the processor waits for several places at a time.
+        // The places are far apart in memory. The reads of this loop do not depend on each other,
+        // so the processor waits for several of them at a time.
         let mut gaps = [f64::NEG_INFINITY; DUE];
         for (gap, &place) in gaps.iter_mut().zip(due) {
             *gap = self.stored_gap(query, place);
@@ -88,8 +89,8 @@ impl Front {
         None
     }
 
-    /// Step 2 for one pair, whose stored bound is `gap`, and for the halves into which it is split.
-    /// Returns true if the quota is spent.
+    /// Does step 2 for one pair with the stored bound `gap`, and for the halves into which it is
+    /// split. Returns true if the quota is spent.
     fn wake(
         &mut self,
         query: &PlacedPair<'_>,
@@ -112,13 +113,13 @@ impl Front {
                 late = quota.is_spent();
             }
         }
-        // The pairs left on the stack keep the wake time of the pair that they were split from.
+        // Pairs that remain on the stack keep the wake time of the pair from which they were split.
         self.stack.clear();
         late
     }
 
-    /// Measures a pair whose stored bound is `gap`, and puts it where it belongs; its halves go
-    /// onto the stack.
+    /// Measures a pair with the stored bound `gap`, and sets its new state. If the pair is split,
+    /// its halves are put onto the stack.
     fn look(
         &mut self,
         query: &PlacedPair<'_>,
@@ -162,8 +163,9 @@ impl Front {
         }
     }
 
-    /// The pair's distance, or a lower bound of it that lets the pair wait for a while. A cheaper
-    /// bound is accepted only if it allows a longer wait; otherwise the next bound is tried.
+    /// Returns the pair's distance, or a lower bound of it that lets the pair wait for a while. The
+    /// cheapest bound is tried first. It is accepted if it allows a sufficiently long wait;
+    /// otherwise the next bound is tried.
     fn measure(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
         counters.node_pairs += 1;
         let Pair { a, b, .. } = self.pairs[place as usize];
@@ -172,7 +174,8 @@ impl Front {
         if gap > query.tolerance + SPHERE_WAIT * self.pace {
             return Measured::Apart(gap);
         }
-        // Parts that slide along each other keep their distance, however far they go.
+        // Parts that slide along each other keep their distance along this normal, however far they
+        // slide.
         if let Some(gap) = self.gap_along_last(query, place)
             && gap > query.tolerance
         {
@@ -194,8 +197,8 @@ impl Front {
         }
     }
 
-    /// The gap along the normal that separated the pair at its last march, never above its
-    /// distance; `None` without one.
+    /// Returns the gap along the normal that separated the pair in its last march. The gap never
+    /// exceeds the pair's distance. `None` if there is no such normal.
     fn gap_along_last(&mut self, query: &PlacedPair<'_>, place: u32) -> Option<f64> {
         let Pair { a, b, known, .. } = self.pairs[place as usize];
         let memory = &mut self.memories[place as usize];
@@ -219,7 +222,7 @@ impl Front {
         let parent = place;
         for (half, place) in halves.into_iter().zip([first, first + 1]) {
             self.occupy(place, half, parent);
-            // The halves keep the wake time of the whole.
+            // The halves keep the wake time of the pair.
             self.wakes.set(place, wake);
             self.stack.push(place);
         }
@@ -255,7 +258,8 @@ mod tests {
         let (mut front, mut found) = (Front::new(side, side, 100), LeafPairs::new(10));
         let mut marched = 0;
         for tick in 0..100 {
-            // One above the other, less than a tick's way beyond the tolerance.
+            // One piece is above the other. The gap is slightly larger than the tolerance: a tick's
+            // motion could close the difference.
             let pose_ba = Pose::from_translation(DVec3::new(0.005 * f64::from(tick), 0.0, 0.212)).placement();
             let query = PlacedPair::new(side, side, &pose_ba, 0.01);
             let counters = front.within(&query, &mut found);
@@ -263,7 +267,7 @@ mod tests {
             marched += counters.leaf_tests;
         }
         assert_eq!(marched, 1);
-        // And they are found as soon as they are near.
+        // The pair is found when it is within the tolerance.
         let pose_ba = Pose::from_translation(DVec3::new(0.5, 0.0, 0.209)).placement();
         front.within(&PlacedPair::new(side, side, &pose_ba, 0.01), &mut found);
         assert_eq!(found.as_slice().len(), 1);

@@ -1,23 +1,23 @@
-//! Step 4 of the front: halves that both wait long are merged.
+//! Step 4 of the front: merges the halves of a pair if both wait for a long motion.
 
 use super::super::TraversalCounters;
 use super::super::wakes::NEVER;
 use super::{Front, NONE, Pair, PlacedPair, State};
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
 
-/// The clearance that halves need to be merged, model units.
+/// Returns the clearance that both halves need before they are merged, model units.
 fn clearance(query: &PlacedPair<'_>) -> f64 {
     MERGE_CLEARANCE * query.tolerance
 }
 
 impl Front {
-    /// Computes the wake value that halves need to be merged in this query.
+    /// Computes the wake value that both halves need before they are merged in this query.
     pub(super) fn begin_merges(&mut self, query: &PlacedPair<'_>) {
         self.merged_from = self.motion_bound.due(clearance(query));
     }
 
-    /// Step 4: merges the pair with its other half, and repeats this for the merged pair, while
-    /// both halves wait long and the merged pair is far enough apart.
+    /// Does step 4: merges the half at `place` with the other half, if both wait for a long motion
+    /// and the whole pair is far enough apart. Repeats this for the merged pair.
     pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
         let (long, until) = (clearance(query), self.merged_from);
         while self.wakes.get(place) >= until && self.waits_until(place ^ 1, until) {

@@ -5,32 +5,32 @@
 pub(super) struct Pair {
     pub(super) a: u32,
     pub(super) b: u32,
-    /// Place of the pair that this is a half of.
+    /// Place of the pair of which this pair is a half.
     pub(super) parent: u32,
     pub(super) state: State,
-    /// True if the pair has memory.
+    /// True if results of the pair are stored.
     pub(super) known: bool,
-    /// If this is the first half of a pair: the motion bound's sum before which the halves are not
-    /// merged.
+    /// For the first half of a pair: the halves are not merged until the motion bound's sum reaches
+    /// this.
     pub(super) retry: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
-    /// On the cut, apart.
+    /// The pair is on the cut and apart.
     Waiting,
-    /// On the cut, leaves within tolerance.
+    /// The pair is on the cut, and is a pair of leaves within the tolerance.
     Awake,
-    /// On the cut, leaves within tolerance whose force other pairs account for; due after some
+    /// As [`Self::Awake`], but other pairs account for the pair's force. The pair is due after some
     /// motion.
     Represented,
-    /// Above the cut; the first half's place.
+    /// The pair is above the cut. The value is the place of its first half.
     Split(u32),
-    /// On the cut, but in need of a split for which there is no room.
+    /// The pair is on the cut and should be split, but there is no room for its halves.
     Unsplit,
 }
 
-/// The place of no pair.
+/// A value that is not a place.
 pub(super) const NONE: u32 = u32::MAX;
 
 impl Pair {

@@ -1,15 +1,16 @@
-//! Point bounds: a cheap lower bound of the gap of a pair that is due, from one point and one
-//! direction.
+//! Point bounds: cheap lower bounds of the gaps of pairs that are due. A point bound is computed
+//! from one point and one direction.
 //!
-//! When the gap of a pair along a normal n (b's frame) is known, the front stores n, the centre c
-//! and radius r of a's volume, the gap minus n·c, and m, the normal in a's frame. At a later pose,
-//! c has moved along n, and the normal in a's frame is m'. The height m'·(p − c) of any point p of
-//! a differs from m·(p − c) by at most r |m' − m|. So the gap along n is at least
+//! When the gap of a pair along a normal n (b's frame) has been measured, the front stores five
+//! values: n, the centre c and the radius r of the sphere around a's node, the gap minus n·c, and
+//! m, the normal in a's frame. At a later pose, n·c is different, and the normal in a's frame is
+//! m'. The height m'·(p − c) of any point p of a differs from m·(p − c) by at most r |m' − m|. So
+//! the gap along n is at least
 //!
 //! n·c + (gap − n·c at the earlier pose) − r |m' − m|.
 //!
-//! This needs no vertex. Parts that slide along each other keep this bound for many ticks, and
-//! rotations about the normal do not weaken it.
+//! The bound is computed without reading any vertex. For parts that slide along each other, it
+//! stays sufficient for many ticks. Rotations about the normal do not weaken it.
 
 use glam::{DVec3, Vec3};
 
@@ -23,7 +24,7 @@ pub(super) struct PointBound {
     /// The normal in a's frame, when the gap was measured.
     normal_in_a: Vec3,
     center: Vec3,
-    /// Model units; minus infinity without a bound.
+    /// The gap minus n·c, model units. Minus infinity if there is no bound.
     base: f32,
     radius: f32,
 }
@@ -42,8 +43,8 @@ impl Front {
         let (normal, center) = (normal.as_vec3(), sphere.center.as_vec3());
         let normal_in_a = query.pose_ba.inverse_vector(normal.as_dvec3()).as_vec3();
         let at = query.pose_ba.point(center.as_dvec3());
-        // From here on, the rounded normal and centre are used as exact values. The gap along the
-        // rounded normal, and the heights in a, differ by less than the rounding times the size.
+        // The rounded normal and centre are used as exact values from here on. The rounding changes
+        // the gap and the heights in a by less than [`POINT_BOUND_ROUNDING`] times the size.
         let size = at.length() + sphere.radius;
         let base = gap - normal.as_dvec3().dot(at) - POINT_BOUND_ROUNDING * size;
         let radius = (sphere.radius + center.as_dvec3().distance(sphere.center)) as f32 * (1.0 + f32::EPSILON);
@@ -57,7 +58,7 @@ impl Front {
         if self.pairs[place as usize].known { self.least_gap(query, place) } else { f64::NEG_INFINITY }
     }
 
-    /// Does the same for a pair that has memory.
+    /// Returns the same as [`Self::stored_gap`], for a pair with stored results.
     #[inline]
     fn least_gap(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
         let PointBound { normal, normal_in_a, center, base, radius } = self.point_bounds[place as usize];

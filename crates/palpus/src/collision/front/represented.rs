@@ -53,9 +53,9 @@ impl Front {
         self.wait(place, separation);
     }
 
-    /// Bounds the represented pair at `place`, which is due. `gap` (model units) is its stored
-    /// bound. Returns `None` if the pair stays represented. Otherwise it becomes an ordinary pair,
-    /// and its present bound is returned.
+    /// Tests whether the represented pair at `place`, which is due, stays represented. `gap` (model
+    /// units) is its stored bound. Returns `None` if the pair stays represented. Otherwise the pair
+    /// becomes an ordinary pair, and the function returns its present bound.
     pub(super) fn no_longer_represented(
         &mut self,
         query: &PlacedPair<'_>,
@@ -91,7 +91,8 @@ impl Front {
         Some(gap)
     }
 
-    /// Sets when the pair is due again. The nearer it is to its bound, the sooner it is due.
+    /// Sets when the pair is due again. The nearer `separation` is to the least separation, the
+    /// sooner the pair is due.
     fn wait(&mut self, place: u32, separation: f64) {
         let Rest { length, least, .. } = self.rests[place as usize];
         let (length, margin) = (f64::from(length), separation - f64::from(least));

@@ -1,8 +1,8 @@
 //! Pairs at rest: they are awake but not measured, since the extrapolated contacts of an earlier
 //! query are accurate enough.
 //!
-//! Pieces that slide along each other keep their contacts for many ticks, and where surfaces fit
-//! closely there are thousands of them. When the caller measures a pair, it states after how much
+//! Pieces that slide along each other keep their contacts for many ticks, and close-fitting
+//! surfaces have thousands of contacts. When the caller measures a pair, it states after how much
 //! motion the pair must be measured again. Until then the pair is *at rest*.
 //!
 //! The caller also decides how long pairs rest: see [`Front::set_rest_share`].
@@ -21,9 +21,9 @@ pub(super) struct Rest {
     pub(super) pieces: [u32; 2],
     /// The motion bound's sum when the pair was measured.
     pub(super) since: u64,
-    /// The motion over which the result is kept, model units; 0 for none.
+    /// The motion over which the result is kept, model units. 0 if the result is not kept.
     pub(super) length: f32,
-    /// The least separation of a represented pair, model units.
+    /// The least separation at which a represented pair stays represented, model units.
     pub(super) least: f32,
 }
 
@@ -46,7 +46,7 @@ impl Front {
         rest.since >= self.rests_from && self.motion_bound.since(rest.since) < length
     }
 
-    /// The pair at `place` is measured: its rest is over.
+    /// Ends the rest of the pair at `place`, because the pair is measured.
     pub(super) fn end_rest(&mut self, place: u32, pieces: [u32; 2]) {
         let rest = &mut self.rests[place as usize];
         rest.length = 0.0;
@@ -55,7 +55,8 @@ impl Front {
         }
     }
 
-    /// The motion since the pair was given a rest, model units.
+    /// Returns the motion since the rest of the pair began, model units. `None` if no rest of the
+    /// pair is stored.
     pub(crate) fn motion_since_rest(&self, pair: &LeafPair) -> Option<f64> {
         let since = self.rests[pair.place? as usize].since;
         (since >= self.rests_from).then(|| self.motion_bound.since(since))
@@ -77,15 +78,15 @@ impl Front {
         self.rests_from = self.motion_bound.sum() + 1;
     }
 
-    /// How many pairs of pieces were within tolerance at their last visit, and were not visited by
-    /// the last query. Returns the number of pairs that were skipped because of the quota, and the
-    /// number of all.
+    /// Returns two counts of the pairs of pieces that were within the tolerance at their last
+    /// visit, but that the last query did not visit. The first is the count of the pairs that were
+    /// skipped because the quota was spent. The second is the count of all these pairs.
     pub(crate) fn unvisited(&self) -> [usize; 2] {
         [self.late, self.unvisited]
     }
 
-    /// Place and pieces of one of these pairs. Pairs that were skipped because of the quota come
-    /// first.
+    /// Returns the place and the pieces of unvisited pair `k`. The pairs that were skipped because
+    /// the quota was spent come first.
     pub(crate) fn unvisited_pair(&self, k: usize) -> (u32, [u32; 2]) {
         let place = self.awake[k];
         (place, self.rests[place as usize].pieces)

@@ -1,17 +1,16 @@
-//! Validation of the front's invariants.
+//! Checks the front's invariants.
 //!
-//! 1. The cut: below the roots, every pair that is split has its two halves at its places and
-//!    nothing else, so that what is not split covers each pair of pieces exactly once. Places are
-//!    in that tree or free.
-//! 2. States: pairs awake are leaves, are on the list of those awake, and are never due; split ones
-//!    are never due; all others are on the wake board, and their blocks are opened when they are
-//!    due.
+//! 1. The cut: each split pair has exactly its two halves at its two places. So the pairs that are
+//!    not split cover each pair of pieces exactly once. Each used place is in this tree or free.
+//! 2. States: an awake pair is a pair of leaves, is in the list of awake pairs, and is never due. A
+//!    split pair is never due. Every other pair has a wake value, and its block is searched when
+//!    the pair is due.
 //! 3. Wake times: the distance of a waiting pair exceeds the tolerance by at least the motion for
 //!    which it still waits.
 //!
-//! Nothing is allocated, so that it may run within a step. In debug builds each query checks a
-//! small front completely. In a large front it checks a window of places, and measures one waiting
-//! pair.
+//! The checks allocate no memory, so they may run within a step. In debug builds, each query checks
+//! a small front completely. In a large front, it checks a window of places, and measures one
+//! waiting pair.
 
 use super::super::PlacedPair;
 use super::super::march::{initial_features, march};
@@ -23,39 +22,38 @@ use crate::body::NodeKind;
 /// An invariant of the front that is broken.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(super) enum FrontFault {
-    /// The places below a split pair do not hold its two halves.
+    /// The places of a split pair's halves do not contain its two halves.
     #[error("the places below the split pair at {0} do not hold its halves")]
     Halves(u32),
-    /// As many places are in the tree and free as are not in use, or the free list names one that
-    /// is in use.
+    /// The places in the tree and the free places together are not all places that were ever used,
+    /// or the free list contains a place that is in use.
     #[error("the places in the tree and the free ones are not all places up to {0}")]
     Places(u32),
-    /// An awake pair is not a pair of leaves or not on the list, or the list contains a pair that
-    /// is not awake.
+    /// An awake pair is not a pair of leaves, or is not in the list of awake pairs; or this list
+    /// contains a pair that is not awake.
     #[error("the pair at {0} and the list of those awake disagree")]
     Awake(u32),
-    /// The number of represented pairs is not the stored one.
+    /// The stored number of represented pairs is wrong.
     #[error("there are not {0} represented pairs")]
     Represented(u32),
-    /// A pair that must not wake has a wake value, or a pair that must wake has none, or its block
-    /// would not be opened.
+    /// A pair that is never due has a wake value, a pair that can be due has none, or the lower
+    /// bound of the pair's block does not include its value.
     #[error("the pair at {0} has a wake value that does not fit its state, or that its block does not know")]
     Wake(u32),
     /// A pair is nearer than its wake value allows.
     #[error("the pair at {place} waits as if {promised:e} beyond the tolerance and is {clearance:e} beyond it")]
     LateWake {
-        /// Its place.
+        /// The pair's place.
         place: u32,
-        /// Clearance that the wake value promises, model units.
+        /// Clearance that the wake value implies, model units.
         promised: f64,
-        /// Distance beyond the tolerance.
+        /// Measured distance beyond the tolerance, model units.
         clearance: f64,
     },
 }
 
 impl Front {
-    /// Checks all of the front, measures every waiting pair, and returns the first broken
-    /// invariant.
+    /// Checks the whole front, measures every waiting pair, and returns the first broken invariant.
     #[cfg(test)]
     pub(super) fn validate(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
         self.validate_places()?;
@@ -63,12 +61,12 @@ impl Front {
         (0..self.fresh).try_for_each(|place| self.validate_wait(query, place))
     }
 
-    /// The part of the check that is fast enough for each query of a debug build.
+    /// Does the part of the check that is fast enough for each query of a debug build.
     pub(super) fn validate_some(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
         if self.fresh <= VALIDATED_PLACES {
             self.validate_places()?;
         }
-        // A different window each time: the sum of motion serves as a random number.
+        // Each query checks another window: the motion bound's sum is used as a random number.
         let begin = (self.motion_bound.sum() % u64::from(self.fresh)) as u32;
         let window = (0..self.fresh.min(VALIDATED_PLACES)).map(|k| (begin + k) % self.fresh);
         window.clone().try_for_each(|place| self.validate_place(query, place))?;
@@ -86,7 +84,7 @@ impl Front {
         }
     }
 
-    /// Steps 1 and 2 for the front as a whole.
+    /// Checks invariants 1 and 2 for the front as a whole.
     fn validate_places(&self) -> Result<(), FrontFault> {
         let in_tree = (0..self.fresh).filter(|&place| self.is_in_tree(place)).count();
         let is_free = |&first: &u32| first & 1 == 0 && first + 1 < self.fresh && !self.is_in_tree(first);
@@ -106,10 +104,10 @@ impl Front {
         if awake == self.awake.len() { Ok(()) } else { Err(FrontFault::Awake(NONE)) }
     }
 
-    /// Steps 1 and 2 for one place.
+    /// Checks invariants 1 and 2 for one place.
     fn validate_place(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
         if !self.is_in_tree(place) {
-            // Places outside the tree must not wake.
+            // A place outside the tree must never be due.
             return if self.wakes.get(place) == NEVER { Ok(()) } else { Err(FrontFault::Wake(place)) };
         }
         let Pair { a, b, state, .. } = self.pairs[place as usize];
@@ -142,14 +140,14 @@ impl Front {
         if fits { Ok(()) } else { Err(FrontFault::Wake(place)) }
     }
 
-    /// By how much the distance of a pair exceeds the tolerance according to its wake value, model
-    /// units; 0 or less if the pair is due or not waiting.
+    /// Returns the length (model units) by which the distance of a pair exceeds the tolerance,
+    /// according to its wake value. 0 or less if the pair is due or not waiting.
     fn promised(&self, place: u32) -> f64 {
         let waits = self.pairs[place as usize].state == State::Waiting && self.is_in_tree(place);
         if waits { -self.motion_bound.since(self.wakes.get(place)) } else { 0.0 }
     }
 
-    /// Step 3 for one place.
+    /// Checks invariant 3 for one place.
     fn validate_wait(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
         let promised = self.promised(place);
         if promised <= 0.0 {
@@ -186,7 +184,8 @@ mod tests {
     }
 
     impl Bodies {
-        /// Pieces scattered over a ball, as a shell of which two meet in many places.
+        /// Returns a body of pieces that are scattered over a sphere. Two such bodies meet in many
+        /// places.
         fn new(random: &mut Random, count: usize) -> Self {
             let piece = |random: &mut Random| {
                 let at = random.direction() * 3.0;
@@ -203,7 +202,7 @@ mod tests {
         }
     }
 
-    /// The pose at time `t` of a motion past and through b.
+    /// Returns the pose at time `t` of a motion past and through b.
     fn path(t: f64) -> Placement {
         let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), t);
         Pose::new(turn, DVec3::new(6.5 * (0.7 * t).cos(), 1.0 - t, 0.3)).placement()
@@ -215,7 +214,7 @@ mod tests {
         for case in 0..6 {
             let (one, other) = (Bodies::new(&mut random, 20 + 5 * case), Bodies::new(&mut random, 25));
             let (a, b) = (one.side(), other.side());
-            // Little room in half of the cases, so that some pairs cannot be split.
+            // In half of the cases the front has little room, so that some pairs cannot be split.
             let mut front = Front::new(a, b, if case % 2 == 0 { 2000 } else { 60 });
             let mut found = LeafPairs::new(500);
             let mut broken = [0; 4];
@@ -240,7 +239,8 @@ mod tests {
         }
     }
 
-    /// Breaks the front in each way that its state allows, and returns which ones these were.
+    /// Breaks the front in each way that its state allows. Returns the number of times that each
+    /// way was tried.
     fn break_each(front: &Front, query: &PlacedPair<'_>, random: &mut Random, what: &str) -> [u32; 4] {
         let mut pick = |wanted: &dyn Fn(u32) -> bool| {
             let fits: Vec<u32> = (0..front.fresh).filter(|&place| front.is_in_tree(place) && wanted(place)).collect();
@@ -255,7 +255,7 @@ mod tests {
         let counted = fault(&|front| front.represented += 1);
         assert!(matches!(counted, FrontFault::Represented(_)), "{what}: {counted}");
         let mut counts = [0; 4];
-        // A pair stored before the pair it was split from would break another invariant first.
+        // If a pair is stored before its parent, changing it would break another invariant first.
         let follows = |place: u32| place > 0 && front.pairs[place as usize].parent < place;
         if let Some(place) = pick(&|place| follows(place) && !matches!(state(place), State::Split(_))) {
             let torn = fault(&|front| front.pairs[place as usize].a ^= 1);

@@ -1,6 +1,6 @@
 //! Invariants of every result of the march, for any start.
 //!
-//! 1. The normal is unit, and point a is point b plus the distance times the normal.
+//! 1. The normal has the length 1, and point a is point b plus the distance times the normal.
 //! 2. Each point lies on its feature.
 //! 3. The planes through the points, perpendicular to the normal, separate the bodies: no vertex of
 //!    a body reaches past its plane by more than the rounding that the march accepts. The fallback

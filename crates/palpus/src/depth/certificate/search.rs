@@ -15,7 +15,7 @@ use crate::algebra::tolerance::{
 };
 use crate::collision::StopReason;
 
-/// The basis of a proof.
+/// The state of the pair, or the surface, on which a proof is based.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ground {
     /// The pair touches.

@@ -38,7 +38,7 @@ use crate::algebra::tolerance::{
 /// Directions in a spherical triangle, and how far they are blocked.
 #[derive(Clone, Debug)]
 struct Cone {
-    /// Corner directions, unit.
+    /// Directions of the corners, as unit vectors.
     along: [DVec3; 3],
     /// The blocked length along each corner direction.
     reach: [f64; 3],

@@ -20,7 +20,7 @@ pub(super) struct Lens {
     pub(super) point_a: DVec3,
     /// The point in b's frame.
     pub(super) point_b: DVec3,
-    /// The nearest point of both surfaces, in b's frame.
+    /// The point of either surface that is nearest to this point, in b's frame.
     nearest: DVec3,
     /// Distance to that nearest point.
     pub(super) depth: f64,

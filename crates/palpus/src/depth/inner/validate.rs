@@ -1,7 +1,7 @@
 //! Checks the invariants of the inner surface.
 //!
-//! 1. Closed and oriented: the triangle across each edge is alive, runs along the edge in the
-//!    opposite direction, and has this triangle as its neighbour at the edge.
+//! 1. Closed and oriented: the triangle across each edge was not removed, runs along the edge in
+//!    the opposite direction, and has this triangle as its neighbour at the edge.
 //! 2. Support points: each tip is the difference of the two vertices of its hub pair, so the CSO
 //!    contains it.
 //! 3. Measured: each triangle has a unit normal, and its offset is not more than the height of

@@ -65,8 +65,8 @@ fn previous_answer_keeps_global_depth_while_rolling() {
 
 #[test]
 fn walks_between_rough_pieces_find_an_end() {
-    // The faces of these pieces are merged from facets that are only nearly coplanar. So the offset
-    // of a face's plane may be lower than the measured offset.
+    // The faces of these pieces are merged from facets that are not exactly coplanar. Therefore a
+    // face's plane may have a lower offset than the measured offset.
     let mut rng = Random::new(SEED);
     let mut soup = PolygonSoup::new();
     let n = 40_u32;

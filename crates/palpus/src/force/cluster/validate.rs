@@ -69,7 +69,7 @@ impl Linkage {
         if led || fits_a_cone(ranks, &self.normals, cos_half) { Ok(()) } else { Err(ClusterFault::Cone(cluster)) }
     }
 
-    /// Rule 2.
+    /// Checks rule 2.
     fn validate_linked(&self, radius: f64) -> Result<(), ClusterFault> {
         for (i, first) in self.points.iter().enumerate() {
             for (j, second) in self.points.iter().enumerate().skip(i + 1) {

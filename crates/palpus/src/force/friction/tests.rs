@@ -193,7 +193,8 @@ fn corners_resist_twisting_up_to_their_load() {
     let limit = SETTINGS.static_coefficient * NORMAL_FORCE / SETTINGS.tangential_stiffness / reach;
     let (_, torque) = turn(&mut tracker, reach, 0.9 * limit, DVec3::ZERO);
     assert!((torque / (0.9 * SETTINGS.static_coefficient * most) + 1.0).abs() < 1e-3, "{torque}");
-    // Beyond that the patch slides around at the dynamic limit, for any number of turns.
+    // Beyond this limit the patch slides around with the torque of the dynamic limit, for any
+    // number of turns.
     for k in 2..200 {
         let (_, torque) = turn(&mut tracker, reach, limit * f64::from(k), DVec3::ZERO);
         if k > 4 {

@@ -14,7 +14,7 @@ use crate::body::Body;
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Free {
-    /// kg.
+    /// Mass, kg.
     pub(super) mass: f64,
     /// Inertia about the centre of mass, along the body's axes, kg·m².
     inertia: DMat3,
@@ -40,8 +40,8 @@ impl Free {
         }
     }
 
-    /// Returns the matrix and right side of a step of `h` s without contacts. The unknown is the
-    /// velocity at the end of the step.
+    /// Returns the matrix and right-hand side of a step of `h` s without contacts. The unknown is
+    /// the velocity at the end of the step.
     pub(super) fn begin(&self, pose: &Pose, gravity: DVec3, h: f64) -> (SpatialMatrix, Wrench) {
         let weight = Wrench { torque: DVec3::ZERO, force: gravity * (self.mass * h) };
         (SpatialMatrix::of_body(self.mass, self.inertia_at(pose)), self.momentum + weight)

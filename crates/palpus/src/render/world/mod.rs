@@ -35,10 +35,10 @@
 //! 3. *Query* and *force*: compute contacts and forces separately for each pair of near bodies
 //!    (`pair.rs`).
 //! 4. *Step*: one implicit step moves each group of touching bodies (`solve.rs`). The step is
-//!    linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right side of body i
-//!    alone (a tool's coupling, a free body's mass and weight). K and l are the matrix and the
-//!    right side of the contacts between i and j, about i's centre of mass. T converts j's velocity
-//!    into the velocity of j's point at i's centre of mass:
+//!    linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right-hand side of
+//!    body i alone (a tool's coupling, a free body's mass and weight). K and l are the matrix and
+//!    the right-hand side of the contacts between i and j, about i's centre of mass. T converts j's
+//!    velocity into the velocity of j's point at i's centre of mass:
 //!
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
@@ -124,24 +124,24 @@ pub struct World {
 /// Counts of a world's step. Other counts are in the ticks of its tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldCounters {
-    /// Pairs of bodies that were queried.
+    /// Number of pairs of bodies that were queried.
     pub pairs: u32,
-    /// Pairs of bodies with contacts.
+    /// Number of pairs of bodies with contacts.
     pub touching: u32,
-    /// Groups of touching bodies, each moved by one implicit step.
+    /// Number of groups of touching bodies, each moved by one implicit step.
     pub islands: u32,
-    /// Bodies in the largest group.
+    /// Number of bodies in the largest group.
     pub largest: u32,
-    /// Groups in which the last round still changed the set of pressing contacts or a friction
-    /// force.
+    /// Number of groups in which the last round still changed the set of pressing contacts or a
+    /// friction force.
     pub unsettled: u32,
-    /// Groups whose step was shortened, so that no point moves farther than the distance within
-    /// which contacts are searched.
+    /// Number of groups whose step was shortened, so that no point moves farther than the distance
+    /// within which contacts are searched.
     pub bounded: u32,
-    /// Groups without a solution. Their free bodies stop, and their tools move to the devices'
-    /// poses.
+    /// Number of groups without a solution. Their free bodies stop, and their tools move to the
+    /// devices' poses.
     pub reset: u32,
-    /// Driven bodies whose last update is too old.
+    /// Number of driven bodies whose last update is too old.
     pub overdue: u32,
 }
 

@@ -98,9 +98,9 @@ pub(super) struct Part {
     pub(super) is_moved: bool,
     /// True if another body touches it.
     pub(super) is_touched: bool,
-    /// Matrix and right side of the body without contacts.
+    /// Matrix and right-hand side of the body without contacts.
     pub(super) alone: (SpatialMatrix, Wrench),
-    /// Matrix and right side with the contacts of the current round.
+    /// Matrix and right-hand side with the contacts of the current round.
     pub(super) system: (SpatialMatrix, Wrench),
     /// Index of the body in its group.
     pub(super) slot: usize,
@@ -134,8 +134,8 @@ impl Part {
 }
 
 impl Part {
-    /// Begins a step. `is_moved` is true if the step moves the body. Matrix and right side are set
-    /// later.
+    /// Begins a step. `is_moved` is true if the step moves the body. Matrix and right-hand side are
+    /// set later.
     pub(super) fn begin(&mut self, is_moved: bool) {
         self.is_moved = is_moved;
         self.is_touched = false;

@@ -39,8 +39,8 @@ impl World {
         }
     }
 
-    /// Finds the groups that move together, and sets the matrix and right side of each body without
-    /// contacts.
+    /// Finds the groups that move together, and sets the matrix and right-hand side of each body
+    /// without contacts.
     fn begin_step(&mut self, h: f64) {
         self.islands.begin();
         for &k in &self.near {
@@ -139,7 +139,7 @@ impl World {
             let (mut between, mut given) = (SpatialMatrix::ZERO, Wrench::ZERO);
             pair.add_to(&mut between, &mut given, h);
             let shift = things[a].center - things[b].center;
-            // Terms with known velocities are on the right side.
+            // Terms with known velocities are on the right-hand side.
             let still = |i: usize| if things[i].part.is_moved { Twist::default() } else { things[i].twist };
             given = given + -between.times(&relative_twist(&still(a), &still(b), shift));
             if moved[0] {

@@ -42,7 +42,7 @@ impl BlockSystem {
         self.right[..size].fill([0.0; 6]);
     }
 
-    /// Sets the diagonal block and the right side of body `i`.
+    /// Sets the diagonal block and the right-hand side of body `i`.
     pub(super) fn set_own(&mut self, i: usize, block: Block, right: &Wrench) {
         let at = place(i, i);
         (self.blocks[at], self.filled[at]) = (block, true);
@@ -189,7 +189,8 @@ mod tests {
         Twist { angular: random.vector(), linear: random.vector() }
     }
 
-    /// Bodies on springs, some of them joined: the solution of the product is the original vector.
+    /// The system is that of bodies on springs, some of which are joined. If the right-hand side is
+    /// the product of the matrix and some twists, the solution must be these twists.
     #[test]
     fn solution_inverts_multiplication_for_any_graph() {
         let mut random = Random::new(SEED);

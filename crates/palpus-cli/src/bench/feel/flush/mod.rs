@@ -48,15 +48,17 @@ pub(super) const LARGE: (&str, f64) = ("rollers-200k", 3.4);
 /// as the hand presses, and fine meshes then have thousands of contacts.
 const METHODS: [&str; 2] = ["coupled", "coupled-smooth"];
 
-/// Lengths of the intervals for the hum at rest and for the worst hum, s.
+/// Length of the interval for the hum at rest, s.
 const AT_REST: f64 = 1.0;
+/// Length of the interval for the worst hum, s.
 const ANYWHERE: f64 = 0.5;
 /// Time after which the effects of the start are over, s.
 const BEGUN: f64 = 0.8;
-/// Time between two measurements of the overlap, s; the second value is for bodies of more than
-/// [`MANY_TRIANGLES`].
+/// Time between two measurements of the overlap, s.
 const JUDGED: f64 = 0.02;
+/// The same time for bodies of more than [`MANY_TRIANGLES`] triangles, s.
 const JUDGED_LARGE: f64 = 0.1;
+/// Number of triangles above which a body counts as large.
 const MANY_TRIANGLES: usize = 10_000;
 
 /// Measures of one closed loop.

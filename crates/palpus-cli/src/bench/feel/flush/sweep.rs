@@ -1,5 +1,5 @@
-//! The flush sweep: random cases of parts with play, with every hand. All cases have the same
-//! limits.
+//! The flush sweep: random cases of parts with play, with every model of a hand. All cases have the
+//! same limits.
 //!
 //! 1. A case's seed decides the parts, their play, twist and tolerance, the contact stiffness and
 //!    the hand.

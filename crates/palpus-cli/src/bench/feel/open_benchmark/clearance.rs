@@ -96,10 +96,13 @@ const fn shaft(name: &'static str, probe: &'static str, x: f64) -> Fit {
 }
 
 const DIRECTIONS: usize = 8;
-/// Ticks of the motion outward, the stay, the motion back, and the stay in the middle.
+/// Number of ticks of the motion outward, and of the motion back.
 const OUT: usize = 300;
+/// Number of ticks of the stay outside.
 const HOLD: usize = 100;
+/// Number of ticks of the stay in the middle.
 const REST: usize = 50;
+/// Number of ticks for one direction.
 const ROUND: usize = 2 * OUT + HOLD + REST;
 /// Distance of the hand's target beyond first touch, m.
 const PRESS: f64 = 5e-5;

@@ -8,11 +8,11 @@ use crate::body::{Mesh, TrianglePair, TriangleTree};
 /// Counts of triangle pairs with common points outside a shared vertex or edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SelfIntersections {
-    /// Pairs of triangles whose interiors cross.
+    /// Number of pairs of triangles whose interiors cross.
     pub crossing_pairs: usize,
-    /// Pairs of coplanar triangles that overlap.
+    /// Number of pairs of coplanar triangles that overlap.
     pub overlapping_pairs: usize,
-    /// Pairs that touch outside a shared vertex or edge, but do not cross. Examples are
+    /// Number of pairs that touch outside a shared vertex or edge, but do not cross. Examples are
     /// T-junctions, and two parts that lie against each other.
     pub touching_pairs: usize,
     /// Number of triangles that cross or overlap another triangle.
