@@ -277,7 +277,9 @@ impl<'a> Interface<'a> {
         if !self.was_taken {
             self.view.keep_in_view(&area, &self.scene);
         }
-        self.view.draw(ui, &area, &self.scene, &self.style, &[]);
+        // The handles would cover the values at the arrows.
+        let style = Style { words: self.handles.moves == Moves::Nothing, ..self.style };
+        self.view.draw(ui, &area, &self.scene, &style, &[]);
         if let (Some(other), Some(beside)) = (&other, &self.beside) {
             self.view.draw(ui, other, &beside.scene, &self.style, &[]);
         }

@@ -21,8 +21,15 @@ const TOLD_ERROR: Duration = Duration::from_secs(15);
 const MARGIN: f32 = 14.0;
 const LINE: f32 = 21.0;
 const LETTERS: f32 = 14.5;
-/// Smallest picture with a legend: its height in lines, and its width beside the legend in points.
-const LEAST_LINES: f32 = 10.0;
+/// Width of the dot before an entry of the legend, and distance of entries in a row.
+const DOT: f32 = 20.0;
+const GAP: f32 = 16.0;
+/// In pictures narrower than this, the legend has rows, and this much space beside it.
+const NARROW: f32 = 660.0;
+const BESIDE: f32 = 150.0;
+/// Smallest picture with a legend: its height beside the legend in rows, and its width in points.
+const LEAST_ROWS: f32 = 10.0;
+const LEAST_ROWS_NARROW: f32 = 18.0;
 const LEAST_WIDTH: f32 = 460.0;
 const PROGRESS: f32 = 420.0;
 /// Height below which a picture has smaller notices, so that the scene stays visible, points.
@@ -78,28 +85,49 @@ pub(super) fn way_out(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, way: D
     ui.painter_at(area.rect).arrow(tail, arrow, Stroke::new(2.5, colour(ink)));
 }
 
-/// Draws the legend at the bottom left.
+/// Draws the legend at the bottom left: a column, or several entries in a row in a narrow picture.
 pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
     let colours = style.theme.colours();
-    let lines = meanings(scene, style, &colours);
-    // In a small picture the legend would cover the scene.
-    if rect.height() < LINE * (lines.len() as f32 + LEAST_LINES) || rect.width() < LEAST_WIDTH {
-        return;
-    }
+    let entries = meanings(scene, style, &colours);
     let painter = ui.painter_at(rect);
     let ink = colour(colours.ink);
     let galley = |words: &str| painter.layout_no_wrap(words.to_owned(), FontId::proportional(LETTERS), ink);
-    let words: Vec<_> = lines.iter().map(|(_, words)| galley(words)).collect();
-    let width = words.iter().map(|words| words.size().x).fold(0.0, f32::max);
-    let size = vec2(20.0 + width, LINE * lines.len() as f32);
+    let words: Vec<_> = entries.iter().map(|(_, words)| galley(words)).collect();
+    let widths: Vec<f32> = words.iter().map(|words| DOT + words.size().x).collect();
+    let is_narrow = rect.width() < NARROW;
+    let room = if is_narrow { rect.width() - BESIDE } else { 0.0 };
+    let places = in_rows(&widths, room);
+    let rows = places.last().map_or(0.0, |place| place.y + 1.0);
+    // In a small picture the legend would cover the scene.
+    let least_rows = if is_narrow { LEAST_ROWS_NARROW } else { LEAST_ROWS };
+    if rect.height() < LINE * (rows + least_rows) || rect.width() < LEAST_WIDTH {
+        return;
+    }
+    let width = places.iter().zip(&widths).map(|(place, width)| place.x + width).fold(0.0, f32::max);
+    let size = vec2(width, LINE * rows);
     let at = Rect::from_min_size(pos2(rect.left() + MARGIN, rect.bottom() - MARGIN - size.y), size);
     // The background plate makes the text legible over a body.
     painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.55));
-    for (k, ((rgb, _), words)) in lines.iter().zip(words).enumerate() {
-        let y = at.top() + LINE * (k as f32 + 0.5);
-        painter.circle_filled(pos2(at.left() + 6.0, y), 5.5, colour(*rgb));
-        painter.galley(pos2(at.left() + 20.0, y - 0.5 * words.size().y), words, ink);
+    for (((rgb, _), words), place) in entries.iter().zip(words).zip(places) {
+        let middle = pos2(at.left() + place.x, at.top() + LINE * (place.y + 0.5));
+        painter.circle_filled(middle + vec2(6.0, 0.0), 5.5, colour(*rgb));
+        painter.galley(middle + vec2(DOT, -0.5 * words.size().y), words, ink);
     }
+}
+
+/// Arranges entries of these widths in rows of at most `room` points: the distance from the left
+/// (points) and the row of each.
+fn in_rows(widths: &[f32], room: f32) -> Vec<egui::Vec2> {
+    let mut next = vec2(0.0, 0.0);
+    let place = |width: &f32| {
+        if next.x > 0.0 && next.x + width > room {
+            next = vec2(0.0, next.y + 1.0);
+        }
+        let place = next;
+        next.x += width + GAP;
+        place
+    };
+    widths.iter().map(place).collect()
 }
 
 fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
@@ -228,4 +256,16 @@ pub(super) fn drop_here(ui: &Ui, rect: Rect, style: &Style) {
     painter.rect_filled(rect, 0.0, thin(colours.below, 0.8));
     let font = FontId::proportional(26.0);
     painter.text(rect.center(), Align2::CENTER_CENTER, "drop a mesh or a scene here", font, colour(colours.ink));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn legend_fills_rows() {
+        let places = |room| in_rows(&[50.0, 60.0, 70.0, 300.0], room).into_iter().map(|place| [place.x, place.y]);
+        assert_eq!(places(0.0).collect::<Vec<_>>(), [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [0.0, 3.0]]);
+        assert_eq!(places(150.0).collect::<Vec<_>>(), [[0.0, 0.0], [66.0, 0.0], [0.0, 1.0], [0.0, 2.0]]);
+    }
 }

@@ -52,7 +52,9 @@ impl View3d {
         });
         ui.painter().add(egui::PaintCallback { rect: area.rect, callback: Arc::new(callback) });
         compass::draw(ui, area, &self.camera, scene, style);
-        self.label(ui, area, &labels, style);
+        if style.words {
+            self.label(ui, area, &labels, style);
+        }
     }
 
     /// Fills the view in the background.
