@@ -123,9 +123,9 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         }
         let live = session.live();
         tell_start(&live, &mut reported);
-        if live.carried > heavy::HEAVY && !reported_heavy {
+        if let Some(words) = heavy::words(&live).filter(|_| !reported_heavy) {
             reported_heavy = true;
-            output::note(heavy::IN_WORDS);
+            output::note(words);
         }
         if shown {
             output::live(&format!(
