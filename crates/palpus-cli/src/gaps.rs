@@ -26,6 +26,8 @@ use crate::play::half_play;
 /// Plausible sizes of bodies that are felt by hand, m.
 const SMALL: f64 = 5e-3;
 const LARGE: f64 = 2.0;
+/// Largest plausible ratio of the sizes of two bodies; metres read as millimetres give 1000.
+const UNLIKE: f64 = 300.0;
 /// Tolerance, as a share of the smaller body's size.
 pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
 /// The play lowers the tolerance to no less than this share of the other limits: contacts get
@@ -39,9 +41,9 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways) -> Vec<String> {
     let mut notes = Vec::new();
     let (probe, environment) = (&ways.probe.clone(), &ways.environment.clone());
     let [smaller, larger] = [probe.size().min(environment.size()), probe.size().max(environment.size())];
-    if larger < SMALL || smaller > LARGE {
+    if larger < SMALL || smaller > LARGE || larger > UNLIKE * smaller {
         notes.push(format!(
-            "the probe is {} across and the environment {}; is `unit` right?",
+            "the probe is {} across and the environment {}; is `unit` right? A mesh may have a unit of its own",
             length(probe.size()),
             length(environment.size())
         ));

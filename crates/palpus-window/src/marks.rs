@@ -123,8 +123,14 @@ pub(crate) struct Marks {
 
 impl Marks {
     /// Makes the marks of the scene's moment, if the scene has a moment. `metres` returns the
-    /// length of this many pixels at a point of the world.
-    pub(crate) fn of(scene: &Scene, style: &Style, metres: &impl Fn(DVec3, f64) -> f64) -> Self {
+    /// length of this many pixels at a point of the world. `visible` returns the part of an arrow
+    /// (its tail and its way, world) that is in the picture, 0 to 1; arrows are shortened to it.
+    pub(crate) fn of(
+        scene: &Scene,
+        style: &Style,
+        metres: &impl Fn(DVec3, f64) -> f64,
+        visible: &impl Fn(DVec3, DVec3) -> f64,
+    ) -> Self {
         let mut marks = Self::default();
         let Some(moment) = &scene.moment else { return marks };
         let colours = style.theme.colours();
@@ -151,7 +157,8 @@ impl Marks {
         // Clusters that press against each other can have many times the force on the hand.
         let way_of = |tail: DVec3, force: DVec3| {
             let longest = metres(tail, LONGEST_ARROW);
-            (force * (longest / scene.force_scale.max(f64::MIN_POSITIVE))).clamp_length_max(longest)
+            let way = (force * (longest / scene.force_scale.max(f64::MIN_POSITIVE))).clamp_length_max(longest);
+            way * visible(tail, way)
         };
         let arrow_of = |tail: DVec3, force: DVec3, radius: f64| arrow(tail, way_of(tail, force), metres(tail, radius));
         if style.clusters {
@@ -349,7 +356,7 @@ mod tests {
         moment.clusters.extend([cluster(0.0, 2.0), cluster(1.0, 0.2), cluster(2.0, 0.0)]);
         moment.wrench = Wrench { force: DVec3::Z * 2.2, torque: DVec3::X * 0.5 };
         let scene = Scene { moment: Some(moment), force_scale: 4.4, ..Scene::default() };
-        let marks = Marks::of(&scene, &Style::default(), &|_, pixels| pixels);
+        let marks = Marks::of(&scene, &Style::default(), &|_, pixels| pixels, &|_, _| 1.0);
         assert_eq!(marks.patches.len(), 4, "there must be no patch without a force");
         let (heavy, light) = (marks.patches[1], marks.patches[3]);
         assert!(heavy.radius > light.radius && heavy.colour[1] < light.colour[1] && heavy.normal == DVec3::Z);

@@ -11,7 +11,7 @@ use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::Settings;
 use palpus_io::record::{MOST_SCENE_TEXT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand};
-use palpus_io::{ContentHash, similar_name};
+use palpus_io::{ContentHash, MeshFormat, similar_name};
 use palpus_scenes::{HandPath, Motion, Scene, Tremor};
 
 use super::{OtherTool, Stage, StageObject};
@@ -37,6 +37,12 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
         return of_built_in(&scene, teller);
     }
     let path = Path::new(name);
+    if MeshFormat::of_extension(path).is_some() {
+        bail!(
+            "{name} is a mesh, and a run needs two: write a scene file that names both (palpus export peg-hole FOLDER \
+             writes an example), or start palpus run and press O to open them"
+        );
+    }
     if path.exists() || path.extension().is_some() {
         let file = read_asking(path, policy)?;
         return of_file(path, file, &|_, body| Ok(bodies::read_mesh(&body.mesh)?), teller);

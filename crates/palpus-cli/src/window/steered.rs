@@ -303,7 +303,7 @@ impl Run for Steered<'_> {
     }
 
     fn start(&self) -> Option<String> {
-        self.live.start_in_words()
+        self.live.start_in_words("press F4")
     }
 
     fn waits_for(&self) -> Option<String> {

@@ -279,7 +279,7 @@ impl<'a> Interface<'a> {
         }
         // The handles would cover the values at the arrows.
         let style = Style { words: self.handles.moves == Moves::Nothing, ..self.style };
-        self.view.draw(ui, &area, &self.scene, &style, &[]);
+        let values = self.view.draw(ui, &area, &self.scene, &style, &[]);
         if let (Some(other), Some(beside)) = (&other, &self.beside) {
             self.view.draw(ui, other, &beside.scene, &self.style, &[]);
         }
@@ -302,7 +302,7 @@ impl<'a> Interface<'a> {
         }
         self.was_taken |= self.hand.holds();
         if self.run.can_guide() && !self.was_taken && self.beside.is_none() && self.handles.moves == Moves::Nothing {
-            overlay::hint(ui, &area, &self.view, &self.scene, &self.style);
+            overlay::hint(ui, &area, &self.view, &self.scene, &self.style, &values);
         }
         overlay::messages(ui, area.rect, self.run, &self.notices);
         if ui.input(|input| !input.raw.hovered_files.is_empty()) {

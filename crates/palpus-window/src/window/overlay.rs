@@ -27,6 +27,8 @@ const GAP: f32 = 16.0;
 /// In pictures narrower than this, the legend has rows, and this much space beside it.
 const NARROW: f32 = 660.0;
 const BESIDE: f32 = 150.0;
+/// Space beside a message on each side, for the legend.
+const BESIDE_CARD: f32 = 190.0;
 /// Smallest picture with a legend: its height beside the legend in rows, and its width in points.
 const LEAST_ROWS: f32 = 10.0;
 const LEAST_ROWS_NARROW: f32 = 18.0;
@@ -138,7 +140,9 @@ fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
     let has_probes = more.clone().any(|rgb| Some(rgb) == body(0));
     lines.extend(body(0).map(|rgb| (rgb, if has_probes { "probes" } else { "probe" })));
     lines.extend(body(1).map(|rgb| (rgb, "environment")));
-    lines.extend(more.clone().find(|rgb| Some(*rgb) != body(0)).map(|rgb| (rgb, "objects")));
+    // Fixed objects look like the environment.
+    let is_other = |rgb: &Rgb| Some(*rgb) != body(0) && Some(*rgb) != body(1);
+    lines.extend(more.clone().find(is_other).map(|rgb| (rgb, "objects")));
     if style.contacts {
         lines.extend([(colours.disjoint, "contact, apart"), (colours.penetrating, "contact, overlapping")]);
     }
@@ -175,8 +179,9 @@ pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, act
 }
 
 /// Draws a hint on the probe that the mouse can drag it, until the user has dragged it once. The
-/// hint is at the side of the probe, because the arrow of the force mostly points up.
-pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style) {
+/// hint is at the side of the probe, because the arrow of the force mostly points up, and does not
+/// cover the `values` at the arrows.
+pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style, values: &[Rect]) {
     let Some(probe) = scene.bodies.first() else { return };
     let vertices = &probe.solid.vertices;
     let some = vertices.iter().step_by(1 + vertices.len() / MOST_HINTED);
@@ -189,12 +194,14 @@ pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &S
     let words = painter.layout_no_wrap(HINT.to_owned(), FontId::proportional(LETTERS), colour(colours.ink));
     let frame = words.size() + vec2(16.0, 8.0);
     let room = area.rect.shrink(4.0);
-    // The hint is at the right if there is no space at the left.
-    let is_left = left.x - POINTER - frame.x > room.left();
-    let (tip, side, align) =
-        if is_left { (left, -1.0, Align2::RIGHT_CENTER) } else { (right, 1.0, Align2::LEFT_CENTER) };
-    let at = align.anchor_size(tip + vec2(side * POINTER, 0.0), frame);
-    let at = at.translate(vec2(0.0, (room.top() - at.top()).max(0.0) + (room.bottom() - at.bottom()).min(0.0)));
+    let place = |tip: egui::Pos2, side: f32, align: Align2| {
+        let at = align.anchor_size(tip + vec2(side * POINTER, 0.0), frame);
+        at.translate(vec2(0.0, (room.top() - at.top()).max(0.0) + (room.bottom() - at.bottom()).min(0.0)))
+    };
+    let is_free = |at: &Rect| room.contains_rect(*at) && !values.iter().any(|value| value.intersects(*at));
+    let sides = [(left, -1.0, Align2::RIGHT_CENTER), (right, 1.0, Align2::LEFT_CENTER)];
+    let places = sides.map(|(tip, side, align)| (tip, side, place(tip, side, align)));
+    let Some((tip, side, at)) = places.into_iter().find(|(_, _, at)| is_free(at)) else { return };
     let (fill, edge) = (thin(colours.below, 0.9), Stroke::new(1.0, thin(colours.faint, 0.9)));
     painter.rect(at, 6.0, fill, edge, egui::StrokeKind::Inside);
     let base = tip + vec2(side * (POINTER - 0.5), 0.0);
@@ -212,7 +219,7 @@ const MOST_HINTED: usize = 3000;
 /// Text of the hint.
 const HINT: &str = "drag me";
 
-/// Draws progress and messages, at the bottom in the middle.
+/// Draws progress and messages at the bottom.
 pub(super) fn messages(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
     let mut bottom = rect.bottom() - MARGIN;
     if let Some((words, is_error)) = notices.now() {
@@ -232,17 +239,20 @@ pub(super) fn messages(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Not
     }
 }
 
-/// Draws a raised frame, centered above `bottom`; returns its height.
+/// Draws a raised frame above `bottom`: in the middle, or in a low picture, which has no legend, at
+/// the left beside the scene. Returns its height.
 fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) -> f32 {
     let id = ui.scope_id().with(("card", bottom as i32));
-    let response = egui::Area::new(id)
-        .fixed_pos(pos2(rect.center().x, bottom))
-        .pivot(Align2::CENTER_BOTTOM)
-        .constrain_to(rect)
-        .show(ui.ctx(), |ui| {
-            ui.set_max_width(rect.width() - 2.0 * MARGIN);
-            let frame = egui::Frame::popup(ui.style());
+    let (left, pivot) = match rect.height() < LOW {
+        true => (rect.left() + MARGIN, Align2::LEFT_BOTTOM),
+        false => (rect.center().x, Align2::CENTER_BOTTOM),
+    };
+    let response =
+        egui::Area::new(id).fixed_pos(pos2(left, bottom)).pivot(pivot).constrain_to(rect).show(ui.ctx(), |ui| {
+            // The legend at the left and the scale at the right stay visible.
             let is_low = rect.height() < LOW;
+            ui.set_max_width(rect.width() - if is_low { MARGIN + BESIDE } else { 2.0 * BESIDE_CARD });
+            let frame = egui::Frame::popup(ui.style());
             let frame = if is_low { frame.inner_margin(egui::Margin::symmetric(8, 3)) } else { frame };
             frame.show(ui, contents);
         });
