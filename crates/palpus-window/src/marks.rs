@@ -107,6 +107,9 @@ const PATCH_RINGS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 pub(crate) struct Label {
     /// Position, world.
     pub(crate) point: DVec3,
+    /// Position of the grip, world. The window writes the label beyond its position from there.
+    #[cfg_attr(not(feature = "gui"), expect(dead_code, reason = "pictures write labels at the right"))]
+    pub(crate) from: DVec3,
     pub(crate) words: String,
     pub(crate) colour: Rgb,
 }
@@ -176,7 +179,7 @@ impl Marks {
             marks.solids.push((arrow_of(grip, turn(moment.wrench.force), SHAFT_RADIUS), colours.force));
             if force > NO_TURN * scene.force_scale {
                 let point = grip + way_of(grip, turn(moment.wrench.force));
-                marks.labels.push(Label { point, words: format!("{force:.2} N"), colour: colours.force });
+                marks.labels.push(Label { point, from: grip, words: format!("{force:.2} N"), colour: colours.force });
             }
             let part = (moment.wrench.torque.length() / scene.torque_scale.max(f64::MIN_POSITIVE)).min(1.0);
             if part > NO_TURN {
@@ -185,7 +188,8 @@ impl Marks {
                 let turning = turning_arrow(grip, axis, circle, metres(grip, CLUSTER_SHAFT_RADIUS));
                 marks.solids.push((turning, colours.torque));
                 let point = grip - turn(moment.wrench.force).normalize_or(DVec3::Z) * circle;
-                marks.labels.push(Label { point, words: format!("{:.1} mN·m", torque * 1e3), colour: colours.torque });
+                let words = format!("{:.1} mN·m", torque * 1e3);
+                marks.labels.push(Label { point, from: grip, words, colour: colours.torque });
             }
             marks.dots.push(Dot { point: grip, radius: GRIP_RADIUS, colour: colours.force });
             if scene.is_grip_apart() {

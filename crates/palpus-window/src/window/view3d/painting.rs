@@ -23,6 +23,8 @@ const MOST_DOTS: usize = 1000;
 const LETTERS: f32 = 14.0;
 /// Height of titles, points.
 const TITLE: f32 = 36.0;
+/// Distance of a value from its mark, points.
+const BESIDE: f32 = 9.0;
 /// Distance of arrows from the edge of the picture, points.
 const EDGE: f32 = 8.0;
 
@@ -127,7 +129,7 @@ impl View3d {
         f64::from(across.min(along))
     }
 
-    /// Draws values next to the marks, each at the right of its point. Returns their places.
+    /// Draws values next to the marks, each beyond the end of its arrow. Returns their places.
     fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) -> Vec<Rect> {
         let painter = ui.painter_at(area.rect);
         let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
@@ -139,7 +141,9 @@ impl View3d {
             let Some(at) = self.seen_at(area, label.point) else { continue };
             let words =
                 painter.layout_no_wrap(label.words.clone(), FontId::proportional(LETTERS), colour(label.colour));
-            let place = Align2::LEFT_CENTER.anchor_size(at + egui::vec2(9.0, 0.0), words.size());
+            let is_left = self.seen_at(area, label.from).is_some_and(|from| at.x < from.x - BESIDE);
+            let (align, side) = if is_left { (Align2::RIGHT_CENTER, -1.0) } else { (Align2::LEFT_CENTER, 1.0) };
+            let place = align.anchor_size(at + egui::vec2(side * BESIDE, 0.0), words.size());
             let place = place.translate(room.clamp(place.min) - place.min);
             let mut place = place.translate((room.max - place.max).min(egui::Vec2::ZERO));
             while let Some(other) = taken.iter().find(|other| other.intersects(place)) {
