@@ -21,25 +21,40 @@ pub(crate) struct WayIn {
     inward: DVec3,
 }
 
-impl WayIn {
-    /// Returns the path of `a` from `start` to `b` in `environment` (poses in the world). The path
-    /// leads to the centre of mass of `b`. If that line misses `b`, the path leads to the nearest
-    /// point of `b`.
-    pub(crate) fn find(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolerance: f64) -> Self {
+/// Two bodies, and the memory for a search of paths from one to the other.
+pub(crate) struct Ways {
+    pub(crate) probe: Arc<Body>,
+    pub(crate) environment: Arc<Body>,
+    /// Created for the first search; large bodies take a tenth of a second.
+    query: Option<ContactQuery>,
+}
+
+impl Ways {
+    pub(crate) fn new(probe: &Arc<Body>, environment: &Arc<Body>) -> Self {
+        Self { probe: probe.clone(), environment: environment.clone(), query: None }
+    }
+
+    /// Returns the path of the probe from `start` to the environment at `placed` (poses in the
+    /// world). The path leads to the environment's centre of mass. If that line misses the
+    /// environment, the path leads to the nearest point.
+    pub(crate) fn find(&mut self, start: Pose, placed: Pose, tolerance: f64) -> WayIn {
+        let Self { probe, environment, query } = self;
         let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
-        let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
-        let mut nearest = |pose: Pose| query.nearest(&(environment.inverse() * pose));
-        let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
+        let query = query.get_or_insert_with(|| ContactQuery::new(probe.clone(), environment.clone(), settings));
+        // The result does not depend on earlier searches.
+        query.clear();
+        let mut nearest = |pose: Pose| query.nearest(&(placed.inverse() * pose));
+        let goal = placed.point(environment.mass().center_of_mass) - start.point(probe.mass().center_of_mass);
         let towards = goal.normalize_or(-DVec3::Z);
         // Conservative advancement: a step of the current distance cannot cause overlap.
-        let mut way = Self { towards, travel: 0.0, inward: towards };
+        let mut way = WayIn { towards, travel: 0.0, inward: towards };
         for _ in 0..MOST_ADVANCES {
             let touched = nearest(way.end(start, 0.0));
             let gap = touched.map_or(f64::INFINITY, |contact| contact.separation);
             if gap <= 0.1 * tolerance {
                 // The path may only graze the surface, for example in a hole of a plate.
-                let normal = touched.filter(|_| gap > 0.0).map(|contact| environment.vector(-contact.normal));
-                return Self { inward: normal.unwrap_or(towards), ..way };
+                let normal = touched.filter(|_| gap > 0.0).map(|contact| placed.vector(-contact.normal));
+                return WayIn { inward: normal.unwrap_or(towards), ..way };
             }
             if way.travel > goal.length() {
                 break;
@@ -48,13 +63,15 @@ impl WayIn {
         }
         match nearest(start) {
             Some(contact) => {
-                let towards = environment.vector(contact.point_b - contact.point_a).normalize_or(towards);
-                Self { towards, travel: contact.separation.max(0.0), inward: towards }
+                let towards = placed.vector(contact.point_b - contact.point_a).normalize_or(towards);
+                WayIn { towards, travel: contact.separation.max(0.0), inward: towards }
             }
             None => way,
         }
     }
+}
 
+impl WayIn {
     /// Returns the pose that is `beyond` (m) past the end of the path from `start`.
     fn end(&self, start: Pose, beyond: f64) -> Pose {
         Pose { translation: start.translation + self.towards * (self.travel + beyond), ..start }
@@ -69,19 +86,13 @@ impl WayIn {
 
 /// Returns a hand for a scene without a path. The hand moves from the start until the bodies touch,
 /// a little deeper, and back, and repeats this motion. Poses place the probe's mesh in the world.
-pub(crate) fn approach(
-    a: &Arc<Body>,
-    b: &Arc<Body>,
-    start: Pose,
-    environment: Pose,
-    tolerance: f64,
-    mode: CouplingMode,
-) -> HandPath {
-    let way = WayIn::find(a, b, start, environment, tolerance);
+pub(crate) fn approach(ways: &mut Ways, start: Pose, placed: Pose, tolerance: f64, mode: CouplingMode) -> HandPath {
+    let way = ways.find(start, placed, tolerance);
+    let size = ways.probe.size().min(ways.environment.size());
     // With a coupling, the tool stays outside even if the hand's target is deep inside.
     let least = match mode {
         CouplingMode::Coupled => LEAST_PRESS,
-        CouplingMode::Direct => LEAST_PRESS.min(LEAST_PRESS_SHARE * a.size().min(b.size())),
+        CouplingMode::Direct => LEAST_PRESS.min(LEAST_PRESS_SHARE * size),
     };
     let press = least.max(PRESS_TOLERANCES * tolerance);
     let touch = way.end(start, 0.0);
@@ -126,11 +137,12 @@ mod tests {
                 .collect();
             let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
             let start = Pose::from_translation(DVec3::new(0.0, 0.0, 3.0 * size));
-            let path = approach(&body, &body, start, Pose::IDENTITY, 0.01 * size, CouplingMode::Coupled);
+            let path =
+                approach(&mut Ways::new(&body, &body), start, Pose::IDENTITY, 0.01 * size, CouplingMode::Coupled);
             assert!(path.duration() <= 4.0, "{size}: the hand returns only after {} s", path.duration());
             let speed = (0..4000u32).map(|k| path.twist(f64::from(k) * 1e-3).linear.length()).fold(0.0, f64::max);
             assert!(speed < 2.5, "{size}: {speed} m/s");
-            let way = WayIn::find(&body, &body, start, Pose::IDENTITY, 0.01 * size);
+            let way = Ways::new(&body, &body).find(start, Pose::IDENTITY, 0.01 * size);
             let nearer = way.nearer(start).map(|nearer| nearer.translation.z - size);
             assert!(nearer.map_or(2.0 * size <= FARTHEST, |gap| (gap - FARTHEST).abs() < 1e-2), "{size}: {nearer:?}");
         }
@@ -145,7 +157,7 @@ mod tests {
         };
         let (probe, plate) = (cuboid(DVec3::splat(1e-3)), cuboid(DVec3::new(0.5, 0.5, 5e-3)));
         let start = Pose::from_translation(DVec3::new(-0.6, 0.0, 0.025));
-        let way = WayIn::find(&probe, &plate, start, Pose::IDENTITY, 1e-4);
+        let way = Ways::new(&probe, &plate).find(start, Pose::IDENTITY, 1e-4);
         assert!(way.towards.z > -0.1 && way.inward.z < -0.99, "{way:?}");
     }
 
@@ -157,7 +169,7 @@ mod tests {
             let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
             let start = Pose::from_translation(DVec3::new(0.0, 0.0, 3.0 * size));
             let goes = |mode| {
-                let path = approach(&body, &body, start, Pose::IDENTITY, 0.01 * size, mode);
+                let path = approach(&mut Ways::new(&body, &body), start, Pose::IDENTITY, 0.01 * size, mode);
                 start.translation.z - path.pose(0.5 * path.duration()).translation.z - 2.0 * size
             };
             let (coupled, direct) = (goes(CouplingMode::Coupled), goes(CouplingMode::Direct));

@@ -20,12 +20,14 @@ use palpus::algebra::Pose;
 use palpus::body::Body;
 use palpus_io::scene::SceneFile;
 
-use crate::approach::WayIn;
+use crate::approach::Ways;
 use crate::play::half_play;
 
 /// Plausible sizes of bodies that are felt by hand, m.
 const SMALL: f64 = 5e-3;
 const LARGE: f64 = 2.0;
+/// Largest plausible ratio of the sizes of two bodies; metres read as millimetres give 1000.
+const UNLIKE: f64 = 300.0;
 /// Tolerance, as a share of the smaller body's size.
 pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
 /// The play lowers the tolerance to no less than this share of the other limits. Contacts get
@@ -35,12 +37,13 @@ const LEAST_BY_PLAY: f64 = 0.05;
 const CLEARANCE: f64 = 0.25;
 
 /// Fills in the values that `file` leaves out. Returns notes about values other than the defaults.
-pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Body>) -> Vec<String> {
+pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways) -> Vec<String> {
     let mut notes = Vec::new();
+    let (probe, environment) = (&ways.probe.clone(), &ways.environment.clone());
     let [smaller, larger] = [probe.size().min(environment.size()), probe.size().max(environment.size())];
-    if larger < SMALL || smaller > LARGE {
+    if larger < SMALL || smaller > LARGE || larger > UNLIKE * smaller {
         notes.push(format!(
-            "the probe is {} across and the environment {}; is `unit` right?",
+            "the probe is {} across and the environment {}; is `unit` right? A mesh may have a unit of its own",
             length(probe.size()),
             length(environment.size())
         ));
@@ -63,9 +66,9 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
         file.render.grip_a = grip_a;
     }
     if file.gaps.places && file.hand.path.is_none() {
-        let overlapping = boxes_overlap(probe, environment);
+        let overlapping = boxes_overlap(probe, environment, &Pose::IDENTITY, 0.0);
         let start = if overlapping { Pose::from_translation(above(probe, environment)) } else { Pose::IDENTITY };
-        let way = WayIn::find(probe, environment, start, file.environment.pose, file.render.contact_tolerance);
+        let way = ways.find(start, file.environment.pose, file.render.contact_tolerance);
         let nearer = way.nearer(start);
         if overlapping || nearer.is_some() {
             file.probe.pose = nearer.unwrap_or(start);
@@ -120,9 +123,15 @@ pub(crate) fn length(metres: f64) -> String {
     format!("{value:.figures$} {unit}")
 }
 
-fn boxes_overlap(probe: &Body, environment: &Body) -> bool {
-    let (a, b) = (probe.mesh().bounds(), environment.mesh().bounds());
-    a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
+/// True if the boxes of two bodies overlap or are nearer than `margin` (m) along each axis of `b`.
+/// `pose_ba` places `a` in the frame of `b`. If false, the bodies are at least `margin` apart.
+pub(crate) fn boxes_overlap(a: &Body, b: &Body, pose_ba: &Pose, margin: f64) -> bool {
+    let (a, b) = (a.mesh().bounds(), b.mesh().bounds());
+    let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { a.max } else { a.min };
+    let corner = |k: usize| pose_ba.point(DVec3::new(side(k, 0).x, side(k, 1).y, side(k, 2).z));
+    let (low, high) =
+        (0..8).map(corner).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    (low - margin).cmple(b.max).all() && (b.min - margin).cmple(high).all()
 }
 
 /// Returns the start position of the probe's middle relative to the environment's middle.

@@ -14,8 +14,14 @@ use palpus::algebra::{NoClock, Pose, Work};
 use palpus::body::Body;
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
 
+use crate::gaps::boxes_overlap;
+
 /// Work limit of the search, in units of [`Work`]; about a second.
 const MOST_WORK: u64 = 3_000_000;
+/// Work limit of each of the first queries, and their number. Bodies that overlap by more than a
+/// little are found by them, without the whole search.
+const GLANCE_WORK: u64 = MOST_WORK / 100;
+const GLANCES: usize = 4;
 /// Largest motion to the middle of the play, as a multiple of the largest separation of contacts.
 const REACH: f64 = 4.0;
 /// The motion to the middle has this number of steps. The last step is this share of the first. The
@@ -31,7 +37,15 @@ const LAST_STEP: f64 = 1e-4;
 /// than `within`, so that they do not lie in each other with play; or if the search exceeds its
 /// work limit.
 pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64) -> Option<f64> {
+    if !boxes_overlap(a, b, pose_ba, within) {
+        return None;
+    }
     let settings = QuerySettings { tolerance: within, capacity: 1 << 14, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
+    if has_no_play(&mut query, pose_ba, within) {
+        return None;
+    }
+    // The contacts of a query may depend on its history, so the search has a query of its own.
     let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
     let work = Work::of(Some(MOST_WORK));
     if query.run_within(pose_ba, &work.all(), &NoClock).traversal.postponed > 0 {
@@ -42,6 +56,22 @@ pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f6
         return None;
     }
     Some(widest(contacts, REACH * within)?).filter(|&half| half < within)
+}
+
+/// True if the first queries find a contact that is deeper than `within` (m), or that there is no
+/// contact.
+fn has_no_play(query: &mut ContactQuery, pose_ba: &Pose, within: f64) -> bool {
+    for _ in 0..GLANCES {
+        let work = Work::of(Some(GLANCE_WORK));
+        let postponed = query.run_within(pose_ba, &work.all(), &NoClock).traversal.postponed;
+        if query.found().iter().any(|contact| contact.separation < -within) {
+            return true;
+        }
+        if postponed == 0 {
+            return query.found().is_empty();
+        }
+    }
+    false
 }
 
 /// Returns the largest value of the smallest separation (m) for all translations up to `reach` (m).

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, both};
 use palpus::body::Body;
+use palpus_io::Threads;
 use palpus_io::scene::ObjectMotion;
 use palpus_window::{BodyPart, Look, Moment, Scene, ShownBody, Solid, Theme, Unit};
 
@@ -45,7 +46,8 @@ impl<'a> Seen<'a> {
             (part, shape, object.pose)
         });
         let others = tools.chain(objects).collect();
-        Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), others }
+        let (probe, environment) = both(&Threads::all(), || solid(&stage.probe), || solid(&stage.environment));
+        Self { stage, probe, environment, others }
     }
 
     /// Returns the bodies, with the probe at `probe` (world). The probe is opaque; `look` may make

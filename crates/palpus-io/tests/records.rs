@@ -78,7 +78,7 @@ fn errors_name_line_and_column() {
     assert!(error.len() < 400 && !error.contains('\n'), "{error}");
     let error = change("tick,time_ns", "tick,time_ms");
     assert!(error.contains(&format!("line {}: the columns must be tick,time_ns,", header + 1)), "{error}");
-    assert!(self::error(b"tx,ty,tz\n0,0,0\n").to_string().starts_with("run.csv, line 1: the columns must be"));
+    assert!(self::error(b"tx,ty,tz\n0,0,0\n").to_string().starts_with("run.csv, line 1: this is not a recording"));
     let missing = read_recording("no such file.csv".as_ref()).unwrap_err().to_string();
     assert!(missing.starts_with("no such file.csv: cannot be read"), "{missing}");
 }

@@ -301,7 +301,7 @@ fn errors_name_problem_place_and_remedy() {
         ),
         (
             change("unit = \"mm\"", ""),
-            "line 1, column 1: unit is missing: mesh files contain no unit, so write unit = \"mm\" (or cm, m, inch, …) above the first section",
+            "line 1, column 1: unit is missing: write unit = \"mm\" (or cm, m, inch, …) above the first section; it is the unit of the lengths in this file, and of the meshes without a unit of their own",
         ),
         (
             change("mesh = \"spoon.obj\"", ""),

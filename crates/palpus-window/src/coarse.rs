@@ -3,13 +3,15 @@
 //! 1. Corners in the same cell of a grid whose normals point to the same side are merged into one
 //!    corner in their middle. The two sides of a thin wall therefore stay separate.
 //! 2. Triangles with fewer than three different corners are removed, and so are duplicates.
-//! 3. The size of the cells is searched so that about the requested number of triangles remains.
+//! 3. The size of the cells is searched so that at most the requested number of triangles remains,
+//!    before duplicates are removed.
 //!
 //! J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes*,
 //! 1993, with the sides of step 1 added. The simplified solid is only drawn: the engine uses the
 //! whole mesh.
 
 use std::collections::{HashMap, HashSet};
+use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
 
@@ -19,6 +21,9 @@ use crate::solid::Solid;
 const ROUNDS: usize = 6;
 /// Largest number of cells along the longest side.
 const MOST_CELLS: f64 = 2048.0;
+/// Bits of a cell's number along an axis, and of a side.
+const CELL_BITS: u32 = 12;
+const SIDE_BITS: u32 = 3;
 
 /// The corners of a solid in one cell, on one side.
 struct Corner {
@@ -27,51 +32,106 @@ struct Corner {
     count: f64,
 }
 
+/// Hashes a [`u64`]; the standard hash takes most of the time of a simplification.
+#[derive(Default)]
+struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.write_u64(u64::from(*byte)));
+    }
+
+    fn write_u64(&mut self, key: u64) {
+        // 2^64 divided by the golden ratio; the halves are swapped because the table uses both.
+        self.0 = (self.0 ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(32);
+    }
+}
+
+/// A solid with the side of each corner's normal.
+struct Sided<'a> {
+    solid: &'a Solid,
+    sides: Vec<[u8; 3]>,
+    low: DVec3,
+    /// Longest side of the solid's box.
+    size: f64,
+}
+
 impl Solid {
     /// Returns this solid with at most `most` triangles, for drawing only.
     pub fn coarse(&self, most: usize) -> Option<Self> {
         if self.triangles.len() <= most {
             return None;
         }
+        let (low, high) = self.bounds();
+        let sides = self.normals.iter().map(|normals| normals.map(side)).collect();
+        let sided = Sided { solid: self, sides, low, size: (high - low).max_element().max(f64::MIN_POSITIVE) };
         let (mut few, mut many) = (1.0, MOST_CELLS);
-        let mut best = self.in_cells(few);
         for _ in 0..ROUNDS {
             let cells = f64::sqrt(few * many);
-            let coarse = self.in_cells(cells);
-            if coarse.triangles.len() <= most {
+            if sided.count(cells) <= most {
                 few = cells;
-                best = coarse;
             } else {
                 many = cells;
             }
         }
-        Some(best)
+        Some(sided.in_cells(few))
+    }
+}
+
+impl Sided<'_> {
+    /// Returns the cell of each vertex in a grid of `cells` cells along the longest side.
+    fn cells(&self, cells: f64) -> Vec<u64> {
+        let scale = cells / self.size;
+        let cell = |vertex: &DVec3| {
+            let parts = ((*vertex - self.low) * scale).to_array().map(|part| part as u64);
+            (parts[0] << CELL_BITS | parts[1]) << CELL_BITS | parts[2]
+        };
+        self.solid.vertices.iter().map(cell).collect()
+    }
+
+    /// Returns the keys of the corners of triangle `t`: cell and side.
+    fn keys(&self, cells: &[u64], t: usize) -> [u64; 3] {
+        let triangle = self.solid.triangles[t];
+        [0, 1, 2].map(|k| cells[triangle[k] as usize] << SIDE_BITS | u64::from(self.sides[t][k]))
+    }
+
+    /// Returns the number of triangles that remain in a grid of `cells` cells, with duplicates.
+    fn count(&self, cells: f64) -> usize {
+        let cells = self.cells(cells);
+        let remains = |t: &usize| {
+            let [a, b, c] = self.keys(&cells, *t);
+            a != b && b != c && c != a
+        };
+        (0..self.solid.triangles.len()).filter(remains).count()
     }
 
     /// Does steps 1 and 2 with a grid of `cells` cells along the longest side.
-    fn in_cells(&self, cells: f64) -> Self {
-        let (low, high) = self.bounds();
-        let scale = cells / (high - low).max_element().max(f64::MIN_POSITIVE);
-        let mut numbers: HashMap<([i32; 3], i32), u32> = HashMap::new();
+    fn in_cells(&self, cells: f64) -> Solid {
+        let solid = self.solid;
+        let cells = self.cells(cells);
+        let mut numbers: HashMap<u64, u32, BuildHasherDefault<KeyHasher>> = HashMap::default();
         let mut corners: Vec<Corner> = Vec::new();
         let mut seen = HashSet::new();
-        let mut coarse = Self::default();
+        let mut coarse = Solid::default();
         let mut of_triangle = Vec::new();
-        for (t, triangle) in self.triangles.iter().enumerate() {
-            let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
-            let flat = (b - a).cross(c - a);
+        for (t, triangle) in solid.triangles.iter().enumerate() {
+            let points = triangle.map(|v| solid.vertices[v as usize]);
+            let [a, b, c] = points;
+            let area = (b - a).cross(c - a).length();
+            let keys = self.keys(&cells, t);
             let mut kept = [0; 3];
             for k in 0..3 {
-                let point = self.vertices[triangle[k] as usize];
-                let cell = ((point - low) * scale).to_array().map(|part| part as i32);
-                let key = (cell, side(self.normals[t][k]));
-                let number = *numbers.entry(key).or_insert_with(|| {
+                let number = *numbers.entry(keys[k]).or_insert_with(|| {
                     corners.push(Corner { sum: DVec3::ZERO, normal: DVec3::ZERO, count: 0.0 });
                     corners.len() as u32 - 1
                 });
                 let corner = &mut corners[number as usize];
-                corner.sum += point;
-                corner.normal += self.normals[t][k] * flat.length();
+                corner.sum += points[k];
+                corner.normal += solid.normals[t][k] * area;
                 corner.count += 1.0;
                 kept[k] = number;
             }
@@ -83,21 +143,21 @@ impl Solid {
             let turn = (0..3).min_by_key(|k| kept[*k]).unwrap_or(0);
             if seen.insert([kept[turn], kept[(turn + 1) % 3], kept[(turn + 2) % 3]]) {
                 coarse.triangles.push(kept);
-                coarse.pieces.push(self.pieces[t]);
+                coarse.pieces.push(solid.pieces[t]);
                 of_triangle.push(t);
             }
         }
         coarse.vertices = corners.iter().map(|corner| corner.sum / corner.count).collect();
         let normal = |number: u32, own: DVec3| corners[number as usize].normal.normalize_or(own);
         coarse.normals = (coarse.triangles.iter().zip(of_triangle))
-            .map(|(kept, t)| [0, 1, 2].map(|k| normal(kept[k], self.normals[t][k])))
+            .map(|(kept, t)| [0, 1, 2].map(|k| normal(kept[k], solid.normals[t][k])))
             .collect();
         coarse
     }
 }
 
 /// Returns the nearest of the six face directions of a cube.
-fn side(normal: DVec3) -> i32 {
+fn side(normal: DVec3) -> u8 {
     let size = normal.abs();
     let axis = if size.x >= size.y && size.x >= size.z {
         0
@@ -106,7 +166,7 @@ fn side(normal: DVec3) -> i32 {
     } else {
         2
     };
-    2 * axis + i32::from(normal[axis as usize] < 0.0)
+    2 * axis + u8::from(normal[usize::from(axis)] < 0.0)
 }
 
 #[cfg(test)]

@@ -112,6 +112,9 @@ const PATCH_RINGS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 pub(crate) struct Label {
     /// Position, world.
     pub(crate) point: DVec3,
+    /// Position of the grip, world. The window writes the label beyond its position from there.
+    #[cfg_attr(not(feature = "gui"), expect(dead_code, reason = "pictures write labels at the right"))]
+    pub(crate) from: DVec3,
     pub(crate) words: String,
     pub(crate) colour: Rgb,
 }
@@ -128,8 +131,14 @@ pub(crate) struct Marks {
 
 impl Marks {
     /// Makes the marks of the scene's moment, if the scene has a moment. `metres` returns the
-    /// length of this many pixels at a point of the world.
-    pub(crate) fn of(scene: &Scene, style: &Style, metres: &impl Fn(DVec3, f64) -> f64) -> Self {
+    /// length of this many pixels at a point of the world. `visible` returns the part of an arrow
+    /// (its tail and its way, world) that is in the picture, 0 to 1; arrows are shortened to it.
+    pub(crate) fn of(
+        scene: &Scene,
+        style: &Style,
+        metres: &impl Fn(DVec3, f64) -> f64,
+        visible: &impl Fn(DVec3, DVec3) -> f64,
+    ) -> Self {
         let mut marks = Self::default();
         let Some(moment) = &scene.moment else { return marks };
         let colours = style.theme.colours();
@@ -156,7 +165,8 @@ impl Marks {
         // Clusters that press against each other can have many times the force on the hand.
         let way_of = |tail: DVec3, force: DVec3| {
             let longest = metres(tail, LONGEST_ARROW);
-            (force * (longest / scene.force_scale.max(f64::MIN_POSITIVE))).clamp_length_max(longest)
+            let way = (force * (longest / scene.force_scale.max(f64::MIN_POSITIVE))).clamp_length_max(longest);
+            way * visible(tail, way)
         };
         let arrow_of = |tail: DVec3, force: DVec3, radius: f64| arrow(tail, way_of(tail, force), metres(tail, radius));
         if style.clusters {
@@ -174,7 +184,7 @@ impl Marks {
             marks.solids.push((arrow_of(grip, turn(moment.wrench.force), SHAFT_RADIUS), colours.force));
             if force > NO_TURN * scene.force_scale {
                 let point = grip + way_of(grip, turn(moment.wrench.force));
-                marks.labels.push(Label { point, words: format!("{force:.2} N"), colour: colours.force });
+                marks.labels.push(Label { point, from: grip, words: format!("{force:.2} N"), colour: colours.force });
             }
             let part = (moment.wrench.torque.length() / scene.torque_scale.max(f64::MIN_POSITIVE)).min(1.0);
             if part > NO_TURN {
@@ -183,7 +193,8 @@ impl Marks {
                 let turning = turning_arrow(grip, axis, circle, metres(grip, CLUSTER_SHAFT_RADIUS));
                 marks.solids.push((turning, colours.torque));
                 let point = grip - turn(moment.wrench.force).normalize_or(DVec3::Z) * circle;
-                marks.labels.push(Label { point, words: format!("{:.1} mN·m", torque * 1e3), colour: colours.torque });
+                let words = format!("{:.1} mN·m", torque * 1e3);
+                marks.labels.push(Label { point, from: grip, words, colour: colours.torque });
             }
             marks.dots.push(Dot { point: grip, radius: GRIP_RADIUS, colour: colours.force });
             if scene.is_grip_apart() {
@@ -354,7 +365,7 @@ mod tests {
         moment.clusters.extend([cluster(0.0, 2.0), cluster(1.0, 0.2), cluster(2.0, 0.0)]);
         moment.wrench = Wrench { force: DVec3::Z * 2.2, torque: DVec3::X * 0.5 };
         let scene = Scene { moment: Some(moment), force_scale: 4.4, ..Scene::default() };
-        let marks = Marks::of(&scene, &Style::default(), &|_, pixels| pixels);
+        let marks = Marks::of(&scene, &Style::default(), &|_, pixels| pixels, &|_, _| 1.0);
         assert_eq!(marks.patches.len(), 4, "there must be no patch without a force");
         let (heavy, light) = (marks.patches[1], marks.patches[3]);
         assert!(heavy.radius > light.radius && heavy.colour[1] < light.colour[1] && heavy.normal == DVec3::Z);

@@ -236,7 +236,7 @@ impl Brush {
     }
 
     fn marks_of(&self, scene: &Scene, style: &Style) -> Marks {
-        Marks::of(scene, style, &|point, pixels| self.lens.metres(point, pixels * self.samples))
+        Marks::of(scene, style, &|point, pixels| self.lens.metres(point, pixels * self.samples), &|_, _| 1.0)
     }
 
     /// Draws the pressure between bodies over the picture.

@@ -1,6 +1,6 @@
-//! Tests before a run whether the pair of bodies is heavy (too slow) for this machine.
+//! Tests whether the pair of bodies is heavy (too slow) for this machine.
 //!
-//! The test is a short rehearsal. The engine follows the scripted hand's path in a small part of
+//! A run without a window is tested before it begins, by a short rehearsal. The engine follows the scripted hand's path in a small part of
 //! its duration, with limited work as in the run, and the hand rests several times. A pair is heavy
 //! if most contacts are extrapolated even at rest, in at least two rests. One rest is not enough:
 //! at the first contact of two bodies, every pair of pieces has to be measured for the first time.
@@ -8,7 +8,7 @@
 use palpus::algebra::Twist;
 use palpus_device::DeviceState;
 
-use super::Plan;
+use super::{Live, Plan};
 
 /// Number of rests of the hand.
 const RESTS: u32 = 9;
@@ -25,12 +25,17 @@ const HEAVY_RESTS: u32 = 2;
 const WAY: f64 = 10.0;
 
 /// Share of extrapolated contacts above which a pair counts as heavy.
-pub(super) const HEAVY: f64 = 0.5;
+const HEAVY: f64 = 0.5;
 /// Message for a heavy pair.
 pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are \
                                    extrapolated from tick to tick, and only some are computed in each tick. \
                                   Meshes with fewer convex pieces where they touch (`palpus inspect`) or a lower \
                                    --rate help; `palpus doctor --scene` measures it";
+
+/// Returns the message for a heavy pair, if most contacts of a running loop are extrapolated.
+pub(crate) fn words(live: &Live) -> Option<&'static str> {
+    (live.carried > HEAVY).then_some(IN_WORDS)
+}
 
 /// True if the pair is heavy; see the module's description.
 pub(super) fn is_heavy(plan: &Plan) -> anyhow::Result<bool> {

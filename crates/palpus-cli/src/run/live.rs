@@ -49,17 +49,16 @@ impl Live {
         Self { rate_hz, separation: f64::INFINITY, inside, ..Self::default() }
     }
 
-    /// Returns the message for a probe that starts inside the part.
-    pub(crate) fn start_in_words(&self) -> Option<String> {
+    /// Returns the message for a probe that starts inside the part. `otherwise`: how the device can
+    /// lead it out.
+    pub(crate) fn start_in_words(&self, otherwise: &str) -> Option<String> {
         let start = self.start.filter(|start| start.depth > 0.0)?;
         let depth = start.depth * 1e3;
         Some(if self.led {
             format!("the probe overlaps the part by {depth:.1} mm: the device leads it out; let it {}", start.words())
         } else {
-            format!(
-                "the probe overlaps the part by {depth:.1} mm: {} to enable force, or use --lead-out",
-                start.words()
-            )
+            let words = start.words();
+            format!("the probe overlaps the part by {depth:.1} mm: {words} to enable force, or {otherwise}")
         })
     }
 
@@ -123,9 +122,9 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         }
         let live = session.live();
         tell_start(&live, &mut reported);
-        if live.carried > heavy::HEAVY && !reported_heavy {
+        if let Some(words) = heavy::words(&live).filter(|_| !reported_heavy) {
             reported_heavy = true;
-            output::note(heavy::IN_WORDS);
+            output::note(words);
         }
         if shown {
             output::live(&format!(
@@ -147,7 +146,7 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
 
 /// Reports once that the probe started inside the part.
 fn tell_start(live: &Live, reported: &mut bool) {
-    if let Some(words) = live.start_in_words().filter(|_| !*reported) {
+    if let Some(words) = live.start_in_words("use --lead-out").filter(|_| !*reported) {
         *reported = true;
         output::note(words);
     }

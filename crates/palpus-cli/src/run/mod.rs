@@ -41,6 +41,8 @@ use crate::recording::Keep;
 use crate::summary::Summary;
 use crate::{output, picture, plots, stage, summary, tools, window};
 
+#[cfg(feature = "window")]
+pub(crate) use heavy::words as words_of_heavy;
 pub(crate) use live::Live;
 pub(crate) use plan::Plan;
 pub(crate) use ready::Ready;
@@ -128,7 +130,7 @@ pub(crate) fn go_on_without_window(
 ) -> anyhow::Result<Ended> {
     output::note(format!("no window could be opened here ({why}); headless"));
     let end = arguments.duration.is_none().then(|| Instant::now() + Duration::from_secs_f64(DEFAULT_SECONDS));
-    live::watch(&mut session, stop, end, true);
+    live::watch(&mut session, stop, end, false);
     session.wait()
 }
 

@@ -2,19 +2,20 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::thread;
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::Settings;
 use palpus_io::record::{MOST_SCENE_TEXT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand};
-use palpus_io::{ContentHash, similar_name};
+use palpus_io::{ContentHash, MeshFormat, similar_name};
 use palpus_scenes::{HandPath, Motion, Scene, Tremor};
 
 use super::{OtherTool, Stage, StageObject};
-use crate::approach::approach;
+use crate::approach::{Ways, approach};
 use crate::bodies::{self, Teller};
 use crate::hand_path::{Following, follow};
 use crate::{gaps, tools};
@@ -36,6 +37,12 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
         return of_built_in(&scene, teller);
     }
     let path = Path::new(name);
+    if MeshFormat::of_extension(path).is_some() {
+        bail!(
+            "{name} is a mesh, and a run needs two: write a scene file that names both (palpus export peg-hole FOLDER \
+             writes an example), or start palpus run and press O to open them"
+        );
+    }
     if path.exists() || path.extension().is_some() {
         let file = read_asking(path, policy)?;
         return of_file(path, file, &|_, body| Ok(bodies::read_mesh(&body.mesh)?), teller);
@@ -154,39 +161,47 @@ pub(crate) enum Part {
 pub(crate) fn of_file(
     path: &Path,
     mut file: SceneFile,
-    read: &dyn Fn(Part, &SceneBody) -> anyhow::Result<PolygonSoup>,
+    read: &(dyn Fn(Part, &SceneBody) -> anyhow::Result<PolygonSoup> + Sync),
     teller: &Teller<'_>,
 ) -> anyhow::Result<Stage> {
     let mut known: Vec<(SceneBody, Arc<Body>, ContentHash)> = Vec::new();
-    let mut prepare = |part: Part, body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
+    let mut prepare = |part: Part, body: &SceneBody, reading: Option<Reading<'_>>| {
         // Equal meshes share a body.
-        let alike =
-            |(other, ..): &&(SceneBody, _, _)| other.mesh == body.mesh && other.metres_per_unit == body.metres_per_unit;
-        if let Some((_, shape, hash)) = known.iter().find(alike) {
+        if let Some((_, shape, hash)) = known.iter().find(|(other, ..)| is_alike(other, body)) {
             return Ok((shape.clone(), *hash));
         }
         let settings =
             BodySettings { scale: body.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-        let prepared = bodies::prepare_mesh_telling(&body.mesh, &read(part, body)?, &settings, teller)?;
+        let soup = match reading {
+            Some(reading) => reading.join().map_err(|_| anyhow!("a mesh could not be read; please report this"))?,
+            None => read(part, body),
+        };
+        let prepared = bodies::prepare_mesh_telling(&body.mesh, &soup?, &settings, teller)?;
         let shape = Arc::new(prepared.body);
         known.push((body.clone(), shape.clone(), prepared.hash));
-        Ok((shape, prepared.hash))
+        anyhow::Ok((shape, prepared.hash))
     };
-    let (probe, probe_hash) = prepare(Part::Probe, &file.probe)?;
-    let (environment, environment_hash) = prepare(Part::Environment, &file.environment)?;
-    let mut notes = gaps::fill(&mut file, &probe, &environment);
+    // The environment's mesh is read while the probe is prepared.
+    let [(probe, probe_hash), (environment, environment_hash)] = thread::scope(|scope| {
+        let is_read = !is_alike(&file.probe, &file.environment);
+        let reading = is_read.then(|| scope.spawn(|| read(Part::Environment, &file.environment)));
+        let probe = prepare(Part::Probe, &file.probe, None)?;
+        anyhow::Ok([probe, prepare(Part::Environment, &file.environment, reading)?])
+    })?;
+    let mut ways = Ways::new(&probe, &environment);
+    let mut notes = gaps::fill(&mut file, &mut ways);
     let hand = file.hand.preset.name();
-    let path_of_hand = intended(&file, &file.hand, &file.probe, &probe, &environment)?;
+    let path_of_hand = intended(&file, &file.hand, &file.probe, &mut ways)?;
     let body = |mesh: &Path, content, pose| RecordedBody { mesh: absolute(mesh), content, pose };
     let mut others: Vec<OtherTool> = Vec::new();
     for (k, tool) in file.others.iter().enumerate() {
-        let (probe, hash) = prepare(Part::Other(k), &tool.body)?;
+        let (probe, hash) = prepare(Part::Other(k), &tool.body, None)?;
         let what = format!("{} tool", tools::name(k + 1));
         let grip_a = tool.grip.or_else(|| gaps::grip(&probe, &what, &mut notes)).unwrap_or_default();
         others.push(OtherTool {
             settings: Settings { grip_a, limits: tool.limits, saturation: tool.saturation, ..file.render },
             coupling: tool.coupling,
-            path: intended(&file, &tool.hand, &tool.body, &probe, &environment)?,
+            path: intended(&file, &tool.hand, &tool.body, &mut Ways::new(&probe, &environment))?,
             hand: Some(tool.hand.preset.name()),
             recorded: body(&tool.body.mesh, hash, tool.body.pose),
             probe,
@@ -195,7 +210,7 @@ pub(crate) fn of_file(
     let mut objects: Vec<StageObject> = Vec::new();
     let mut recorded_objects: Vec<RecordedBody> = Vec::new();
     for (k, object) in file.objects.iter().enumerate() {
-        let (shape, hash) = prepare(Part::Object(k), &object.body)?;
+        let (shape, hash) = prepare(Part::Object(k), &object.body, None)?;
         objects.push(StageObject { body: shape, pose: object.body.pose, motion: object.motion });
         recorded_objects.push(body(&object.body.mesh, hash, object.body.pose));
     }
@@ -227,19 +242,21 @@ pub(crate) fn of_file(
     })
 }
 
+/// A mesh that another thread reads.
+type Reading<'scope> = thread::ScopedJoinHandle<'scope, anyhow::Result<PolygonSoup>>;
+
+/// True if both bodies have the same mesh in the same unit.
+fn is_alike(one: &SceneBody, other: &SceneBody) -> bool {
+    one.mesh == other.mesh && one.metres_per_unit == other.metres_per_unit
+}
+
 /// Returns the absolute path, which is valid from any folder.
 fn absolute(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
 /// Returns the path that the scene file gives a hand.
-fn intended(
-    file: &SceneFile,
-    hand: &SceneHand,
-    held: &SceneBody,
-    probe: &Arc<Body>,
-    environment: &Arc<Body>,
-) -> anyhow::Result<HandPath> {
+fn intended(file: &SceneFile, hand: &SceneHand, held: &SceneBody, ways: &mut Ways) -> anyhow::Result<HandPath> {
     let path = match &hand.path {
         Some(poses) => follow(
             poses,
@@ -248,12 +265,12 @@ fn intended(
                 metres_per_unit: file.metres_per_unit,
                 scale: hand.path_scale.unwrap_or(1.0),
                 speed: hand.path_speed.unwrap_or(1.0),
-                size: probe.size(),
+                size: ways.probe.size(),
             },
         )?,
         None => {
             let (tolerance, mode) = (file.render.contact_tolerance, file.coupling.mode);
-            approach(probe, environment, held.pose, file.environment.pose, tolerance, mode)
+            approach(ways, held.pose, file.environment.pose, tolerance, mode)
         }
     };
     let trembles = hand.tremor > 0.0;

@@ -17,7 +17,7 @@ use palpus_window::Start;
 use toml::{Table, Value};
 
 use super::settings_text;
-use crate::approach::approach;
+use crate::approach::{Ways, approach};
 use crate::stage::Stage;
 use crate::{export, files};
 
@@ -40,7 +40,8 @@ pub(super) fn begin_at(stage: &mut Stage, start: &Start) -> anyhow::Result<()> {
     }
     if let Some(probe) = start.probe {
         let (tolerance, mode) = (stage.settings.contact_tolerance, stage.coupling.mode);
-        stage.path = approach(&stage.probe, &stage.environment, probe, stage.environment_pose, tolerance, mode);
+        let mut ways = Ways::new(&stage.probe, &stage.environment);
+        stage.path = approach(&mut ways, probe, stage.environment_pose, tolerance, mode);
         stage.recorded.probe.pose = probe;
     }
     Ok(())

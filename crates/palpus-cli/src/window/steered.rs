@@ -51,6 +51,8 @@ pub(super) struct Steered<'a> {
     spec: DeviceSpec,
     settings: Settings,
     live: Live,
+    /// True if the terminal has the message about a heavy pair.
+    said_heavy: bool,
     /// The comparison run with other settings.
     comparison: Option<Comparison>,
     /// The background search for the reason of a missing contact.
@@ -87,6 +89,7 @@ impl<'a> Steered<'a> {
             spec: session.spec().clone(),
             settings: *session.settings(),
             live: session.live(),
+            said_heavy: false,
             comparison: None,
             untouched: None,
             recent,
@@ -135,6 +138,7 @@ impl<'a> Steered<'a> {
         (self.spec, self.settings) = (session.spec().clone(), *session.settings());
         self.session = Some(session);
         self.untouched = None;
+        self.said_heavy = false;
         self.is_moved[0] = self.is_moved[1];
         self.next = Some((scene, moments));
         Ok(())
@@ -202,6 +206,10 @@ impl Run for Steered<'_> {
             self.live = session.live();
         }
         let live = self.live;
+        if let Some(words) = run::words_of_heavy(&live).filter(|_| !self.said_heavy) {
+            self.said_heavy = true;
+            output::note(words);
+        }
         Numbers {
             ticks: live.ticks,
             rate_hz: live.rate_hz,
@@ -295,7 +303,7 @@ impl Run for Steered<'_> {
     }
 
     fn start(&self) -> Option<String> {
-        self.live.start_in_words()
+        self.live.start_in_words("press F4")
     }
 
     fn waits_for(&self) -> Option<String> {

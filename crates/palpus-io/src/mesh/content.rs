@@ -6,6 +6,25 @@ use std::str::FromStr;
 use palpus::body::PolygonSoup;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+/// Number of bytes that are hashed at once.
+const CHUNK: usize = 1 << 16;
+
+/// Collects bytes before they are hashed, because hashing a few bytes at a time is slow.
+struct Chunks {
+    hasher: blake3::Hasher,
+    bytes: Vec<u8>,
+}
+
+impl Chunks {
+    fn add(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+        if self.bytes.len() >= CHUNK {
+            self.hasher.update(&self.bytes);
+            self.bytes.clear();
+        }
+    }
+}
+
 /// The BLAKE3 hash of a mesh's content; displayed as 64 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ContentHash(pub [u8; 32]);
@@ -14,23 +33,24 @@ impl ContentHash {
     /// Returns the hash of a soup's vertices (bit for bit) and faces. The hash does not depend on
     /// the file format.
     pub fn of_soup(soup: &PolygonSoup) -> Self {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(b"palpus soup 1");
-        hasher.update(&(soup.vertices.len() as u64).to_le_bytes());
-        hasher.update(&(soup.face_count() as u64).to_le_bytes());
+        let mut chunks = Chunks { hasher: blake3::Hasher::new(), bytes: Vec::with_capacity(2 * CHUNK) };
+        chunks.add(b"palpus soup 1");
+        chunks.add(&(soup.vertices.len() as u64).to_le_bytes());
+        chunks.add(&(soup.face_count() as u64).to_le_bytes());
         for vertex in &soup.vertices {
             for x in vertex.to_array() {
-                hasher.update(&x.to_le_bytes());
+                chunks.add(&x.to_le_bytes());
             }
         }
         for face in 0..soup.face_count() {
             let face = soup.face(face);
-            hasher.update(&(face.len() as u32).to_le_bytes());
+            chunks.add(&(face.len() as u32).to_le_bytes());
             for corner in face {
-                hasher.update(&corner.to_le_bytes());
+                chunks.add(&corner.to_le_bytes());
             }
         }
-        Self(*hasher.finalize().as_bytes())
+        let Chunks { mut hasher, bytes } = chunks;
+        Self(*hasher.update(&bytes).finalize().as_bytes())
     }
 
     /// Returns the hash of any bytes, for example of settings.

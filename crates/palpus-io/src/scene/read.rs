@@ -88,7 +88,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let top = Section::top(source, &root, &keys)?;
     let unit = read_unit(&top)?.ok_or_else(|| {
         top.error(
-            "unit is missing: mesh files contain no unit, so write unit = \"mm\" (or cm, m, inch, …) above the first section",
+            "unit is missing: write unit = \"mm\" (or cm, m, inch, …) above the first section; it is the unit of the lengths in this file, and of the meshes without a unit of their own",
         )
     })?;
     let sections = tool_sections(&top)?;

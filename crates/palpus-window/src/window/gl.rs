@@ -31,9 +31,16 @@ pub(crate) use drawing::{Drawing, DrawnBody, projection, view};
 
 /// Texts that only names of software renderers contain.
 const PROCESSORS: [&str; 3] = ["llvmpipe", "softpipe", "SwiftShader"];
-/// Largest number of triangles of a body with software rendering. Larger bodies are simplified
-/// ([`Solid::coarse`]).
-const MOST_BY_PROCESSOR: usize = 18_000;
+
+/// True if a software renderer draws, which competes with the loop for the processor.
+pub(crate) fn is_by_processor(gl: &glow::Context) -> bool {
+    // SAFETY: the context is current, as egui's creation of an app promises.
+    is_software(&unsafe { gl.get_parameter_string(glow::RENDERER) })
+}
+
+fn is_software(renderer: &str) -> bool {
+    PROCESSORS.iter().any(|name| renderer.contains(name))
+}
 
 /// Corners in the graphics library.
 struct Held {
@@ -63,8 +70,8 @@ pub(crate) struct GlScene {
     canvas: Option<Canvas>,
     /// Name of the renderer.
     pub(crate) renderer: String,
-    /// True for a software renderer, which competes with the loop for the processor.
-    pub(crate) by_processor: bool,
+    /// See [`is_by_processor`].
+    by_processor: bool,
 }
 
 struct Uniforms {
@@ -87,7 +94,7 @@ impl GlScene {
         // SAFETY: the context is current, as egui's creation of an app and its callbacks promise.
         unsafe {
             let renderer = gl.get_parameter_string(glow::RENDERER);
-            let by_processor = PROCESSORS.iter().any(|name| renderer.contains(name));
+            let by_processor = is_software(&renderer);
             let program = program(gl, by_processor)?;
             let uniform = |name| gl.get_uniform_location(program, name);
             let uniforms = Uniforms {
@@ -102,8 +109,6 @@ impl GlScene {
             };
             let mut held = Vec::new();
             for solid in solids {
-                let coarse = by_processor.then(|| solid.coarse(MOST_BY_PROCESSOR)).flatten();
-                let solid = &coarse.map_or_else(|| Arc::clone(solid), Arc::new);
                 let mut shared = Held::new(gl)?;
                 let (corners, order) = shared_corners(solid, piece_lightness);
                 shared.upload(gl, &corners, glow::STATIC_DRAW);
@@ -118,6 +123,11 @@ impl GlScene {
     /// Returns the number of samples in each pixel.
     pub(crate) fn samples(&self) -> i32 {
         self.canvas.as_ref().map_or(1, Canvas::samples)
+    }
+
+    /// Returns the solids.
+    pub(crate) fn solids(&self) -> Vec<Arc<Solid>> {
+        self.solids.iter().map(|held| Arc::clone(&held.solid)).collect()
     }
 
     /// Returns the number of triangles of all bodies as drawn.

@@ -281,7 +281,9 @@ impl<'a> Interface<'a> {
         if !self.was_taken {
             self.view.keep_in_view(&area, &self.scene);
         }
-        self.view.draw(ui, &area, &self.scene, &self.style, &[]);
+        // The handles would cover the values at the arrows.
+        let style = Style { words: self.handles.moves == Moves::Nothing, ..self.style };
+        let values = self.view.draw(ui, &area, &self.scene, &style, &[]);
         if let (Some(other), Some(beside)) = (&other, &self.beside) {
             self.view.draw(ui, other, &beside.scene, &self.style, &[]);
         }
@@ -304,7 +306,7 @@ impl<'a> Interface<'a> {
         }
         self.was_taken |= self.hand.holds();
         if self.run.can_guide() && !self.was_taken && self.beside.is_none() && self.handles.moves == Moves::Nothing {
-            overlay::hint(ui, &area, &self.view, &self.scene, &self.style);
+            overlay::hint(ui, &area, &self.view, &self.scene, &self.style, &values);
         }
         overlay::messages(ui, area.rect, self.run, &self.notices);
         if ui.input(|input| !input.raw.hovered_files.is_empty()) {

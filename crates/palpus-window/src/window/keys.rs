@@ -73,7 +73,7 @@ pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
 }
 
 /// Longest name of a single key, in letters.
-const LONGEST_KEY: usize = 5;
+const LONGEST_KEY: usize = 9;
 
 /// Margin of the window around a list of keys, points.
 const MARGIN: f32 = 60.0;

@@ -23,8 +23,20 @@ const MARGIN: f32 = 14.0;
 const LINE: f32 = 21.0;
 /// Size of the letters, points.
 const LETTERS: f32 = 14.5;
+/// Width of the dot before an entry of the legend, points.
+const DOT: f32 = 20.0;
+/// Distance of entries in a row, points.
+const GAP: f32 = 16.0;
+/// In pictures narrower than this, the legend has rows, points.
+const NARROW: f32 = 660.0;
+/// Space beside a legend with rows, points.
+const BESIDE: f32 = 150.0;
+/// Space beside a message on each side, for the legend, points.
+const BESIDE_CARD: f32 = 190.0;
 /// A legend is drawn only if the picture is higher than the legend by this number of lines.
-const LEAST_LINES: f32 = 10.0;
+const LEAST_ROWS: f32 = 10.0;
+/// The same for a legend with rows.
+const LEAST_ROWS_NARROW: f32 = 18.0;
 /// A legend is drawn only in pictures at least this wide, points.
 const LEAST_WIDTH: f32 = 460.0;
 /// Width of the progress bar, points.
@@ -83,28 +95,49 @@ pub(super) fn way_out(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, way: D
     ui.painter_at(area.rect).arrow(tail, arrow, Stroke::new(2.5, colour(ink)));
 }
 
-/// Draws the legend at the bottom left.
+/// Draws the legend at the bottom left: a column, or several entries in a row in a narrow picture.
 pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
     let colours = style.theme.colours();
-    let lines = meanings(scene, style, &colours);
-    // In a small picture the legend would cover the scene.
-    if rect.height() < LINE * (lines.len() as f32 + LEAST_LINES) || rect.width() < LEAST_WIDTH {
-        return;
-    }
+    let entries = meanings(scene, style, &colours);
     let painter = ui.painter_at(rect);
     let ink = colour(colours.ink);
     let galley = |words: &str| painter.layout_no_wrap(words.to_owned(), FontId::proportional(LETTERS), ink);
-    let words: Vec<_> = lines.iter().map(|(_, words)| galley(words)).collect();
-    let width = words.iter().map(|words| words.size().x).fold(0.0, f32::max);
-    let size = vec2(20.0 + width, LINE * lines.len() as f32);
+    let words: Vec<_> = entries.iter().map(|(_, words)| galley(words)).collect();
+    let widths: Vec<f32> = words.iter().map(|words| DOT + words.size().x).collect();
+    let is_narrow = rect.width() < NARROW;
+    let room = if is_narrow { rect.width() - BESIDE } else { 0.0 };
+    let places = in_rows(&widths, room);
+    let rows = places.last().map_or(0.0, |place| place.y + 1.0);
+    // In a small picture the legend would cover the scene.
+    let least_rows = if is_narrow { LEAST_ROWS_NARROW } else { LEAST_ROWS };
+    if rect.height() < LINE * (rows + least_rows) || rect.width() < LEAST_WIDTH {
+        return;
+    }
+    let width = places.iter().zip(&widths).map(|(place, width)| place.x + width).fold(0.0, f32::max);
+    let size = vec2(width, LINE * rows);
     let at = Rect::from_min_size(pos2(rect.left() + MARGIN, rect.bottom() - MARGIN - size.y), size);
     // The background plate makes the text legible over a body.
     painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.55));
-    for (k, ((rgb, _), words)) in lines.iter().zip(words).enumerate() {
-        let y = at.top() + LINE * (k as f32 + 0.5);
-        painter.circle_filled(pos2(at.left() + 6.0, y), 5.5, colour(*rgb));
-        painter.galley(pos2(at.left() + 20.0, y - 0.5 * words.size().y), words, ink);
+    for (((rgb, _), words), place) in entries.iter().zip(words).zip(places) {
+        let middle = pos2(at.left() + place.x, at.top() + LINE * (place.y + 0.5));
+        painter.circle_filled(middle + vec2(6.0, 0.0), 5.5, colour(*rgb));
+        painter.galley(middle + vec2(DOT, -0.5 * words.size().y), words, ink);
     }
+}
+
+/// Arranges entries of these widths in rows of at most `room` points: the distance from the left
+/// (points) and the row of each.
+fn in_rows(widths: &[f32], room: f32) -> Vec<egui::Vec2> {
+    let mut next = vec2(0.0, 0.0);
+    let place = |width: &f32| {
+        if next.x > 0.0 && next.x + width > room {
+            next = vec2(0.0, next.y + 1.0);
+        }
+        let place = next;
+        next.x += width + GAP;
+        place
+    };
+    widths.iter().map(place).collect()
 }
 
 fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
@@ -115,7 +148,9 @@ fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
     let has_probes = more.clone().any(|rgb| Some(rgb) == body(0));
     lines.extend(body(0).map(|rgb| (rgb, if has_probes { "probes" } else { "probe" })));
     lines.extend(body(1).map(|rgb| (rgb, "environment")));
-    lines.extend(more.clone().find(|rgb| Some(*rgb) != body(0)).map(|rgb| (rgb, "objects")));
+    // Fixed objects look like the environment.
+    let is_other = |rgb: &Rgb| Some(*rgb) != body(0) && Some(*rgb) != body(1);
+    lines.extend(more.clone().find(is_other).map(|rgb| (rgb, "objects")));
     if style.contacts {
         lines.extend([(colours.disjoint, "contact, apart"), (colours.penetrating, "contact, overlapping")]);
     }
@@ -152,8 +187,9 @@ pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, act
 }
 
 /// Draws a hint on the probe that the mouse can drag it, until the user has dragged it once. The
-/// hint is at the side of the probe, because the arrow of the force mostly points up.
-pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style) {
+/// hint is at the side of the probe, because the arrow of the force mostly points up, and does not
+/// cover the `values` at the arrows.
+pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style, values: &[Rect]) {
     let Some(probe) = scene.bodies.first() else { return };
     let vertices = &probe.solid.vertices;
     let some = vertices.iter().step_by(1 + vertices.len() / MOST_HINTED);
@@ -166,12 +202,14 @@ pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &S
     let words = painter.layout_no_wrap(HINT.to_owned(), FontId::proportional(LETTERS), colour(colours.ink));
     let frame = words.size() + vec2(16.0, 8.0);
     let room = area.rect.shrink(4.0);
-    // The hint is at the right if there is no space at the left.
-    let is_left = left.x - POINTER - frame.x > room.left();
-    let (tip, side, align) =
-        if is_left { (left, -1.0, Align2::RIGHT_CENTER) } else { (right, 1.0, Align2::LEFT_CENTER) };
-    let at = align.anchor_size(tip + vec2(side * POINTER, 0.0), frame);
-    let at = at.translate(vec2(0.0, (room.top() - at.top()).max(0.0) + (room.bottom() - at.bottom()).min(0.0)));
+    let place = |tip: egui::Pos2, side: f32, align: Align2| {
+        let at = align.anchor_size(tip + vec2(side * POINTER, 0.0), frame);
+        at.translate(vec2(0.0, (room.top() - at.top()).max(0.0) + (room.bottom() - at.bottom()).min(0.0)))
+    };
+    let is_free = |at: &Rect| room.contains_rect(*at) && !values.iter().any(|value| value.intersects(*at));
+    let sides = [(left, -1.0, Align2::RIGHT_CENTER), (right, 1.0, Align2::LEFT_CENTER)];
+    let places = sides.map(|(tip, side, align)| (tip, side, place(tip, side, align)));
+    let Some((tip, side, at)) = places.into_iter().find(|(_, _, at)| is_free(at)) else { return };
     let (fill, edge) = (thin(colours.below, 0.9), Stroke::new(1.0, thin(colours.faint, 0.9)));
     painter.rect(at, 6.0, fill, edge, egui::StrokeKind::Inside);
     let base = tip + vec2(side * (POINTER - 0.5), 0.0);
@@ -189,7 +227,7 @@ const MOST_HINTED: usize = 3000;
 /// Text of the hint.
 const HINT: &str = "drag me";
 
-/// Draws progress and messages, at the bottom in the middle.
+/// Draws progress and messages at the bottom.
 pub(super) fn messages(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
     let mut bottom = rect.bottom() - MARGIN;
     if let Some((words, is_error)) = notices.now() {
@@ -209,17 +247,20 @@ pub(super) fn messages(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Not
     }
 }
 
-/// Draws a raised frame, centered above `bottom`; returns its height.
+/// Draws a raised frame above `bottom`: in the middle, or in a low picture, which has no legend, at
+/// the left beside the scene. Returns its height.
 fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) -> f32 {
     let id = ui.scope_id().with(("card", bottom as i32));
-    let response = egui::Area::new(id)
-        .fixed_pos(pos2(rect.center().x, bottom))
-        .pivot(Align2::CENTER_BOTTOM)
-        .constrain_to(rect)
-        .show(ui.ctx(), |ui| {
-            ui.set_max_width(rect.width() - 2.0 * MARGIN);
-            let frame = egui::Frame::popup(ui.style());
+    let (left, pivot) = match rect.height() < LOW {
+        true => (rect.left() + MARGIN, Align2::LEFT_BOTTOM),
+        false => (rect.center().x, Align2::CENTER_BOTTOM),
+    };
+    let response =
+        egui::Area::new(id).fixed_pos(pos2(left, bottom)).pivot(pivot).constrain_to(rect).show(ui.ctx(), |ui| {
+            // The legend at the left and the scale at the right stay visible.
             let is_low = rect.height() < LOW;
+            ui.set_max_width(rect.width() - if is_low { MARGIN + BESIDE } else { 2.0 * BESIDE_CARD });
+            let frame = egui::Frame::popup(ui.style());
             let frame = if is_low { frame.inner_margin(egui::Margin::symmetric(8, 3)) } else { frame };
             frame.show(ui, contents);
         });
@@ -233,4 +274,16 @@ pub(super) fn drop_here(ui: &Ui, rect: Rect, style: &Style) {
     painter.rect_filled(rect, 0.0, thin(colours.below, 0.8));
     let font = FontId::proportional(26.0);
     painter.text(rect.center(), Align2::CENTER_CENTER, "drop a mesh or a scene here", font, colour(colours.ink));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn legend_fills_rows() {
+        let places = |room| in_rows(&[50.0, 60.0, 70.0, 300.0], room).into_iter().map(|place| [place.x, place.y]);
+        assert_eq!(places(0.0).collect::<Vec<_>>(), [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [0.0, 3.0]]);
+        assert_eq!(places(150.0).collect::<Vec<_>>(), [[0.0, 0.0], [66.0, 0.0], [0.0, 1.0], [0.0, 2.0]]);
+    }
 }

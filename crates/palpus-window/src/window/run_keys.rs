@@ -78,7 +78,7 @@ const SHORTCUTS: [Shortcut; 34] = [
     once(Group::Run, Key::Space, Action::Pause, "Space", "pause, go on"),
     held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while paused"),
     once(Group::Run, Key::E, Action::Record, "E", "start or end a recording"),
-    once(Group::Run, Key::Backspace, Action::Restart, "Back", "start the scene again"),
+    once(Group::Run, Key::Backspace, Action::Restart, "Backspace", "start the scene again"),
     once(Group::Run, Key::J, Action::Jump, "J", "jump: restart where the hand holds it"),
     once(Group::Run, Key::F4, Action::LeadOut, "F4", "lead the probe out of the part"),
     once(Group::Run, Key::O, Action::Open, "O", "open meshes or a scene"),
@@ -116,15 +116,15 @@ pub(super) const HOLD: Key = Key::G;
 
 /// Actions of the mouse and of held keys.
 const MOUSE: [(&str, &str); 14] = [
-    ("G, held", "allows force, as a device's button does"),
+    ("G", "held, allows force, as a device's button does"),
     ("drag the probe", "moves it, by a spring"),
     ("right drag, Shift drag", "turns it; with Ctrl, rolls it"),
     ("wheel while dragging", "nearer, farther"),
     ("arrow keys", "move it in the view"),
     ("PageUp PageDown", "farther, nearer"),
-    ("Ctrl with these", "turn it"),
-    ("Shift with these", "slowly"),
-    ("Alt with these", "turns the view, comes nearer"),
+    ("Ctrl with these keys", "turn it"),
+    ("Shift with these keys", "move or turn it slowly"),
+    ("Alt with these keys", "turn the view, come nearer"),
     ("drag the background", "turns the view"),
     ("right, middle, Shift drag", "moves the view"),
     ("wheel", "nearer, farther"),

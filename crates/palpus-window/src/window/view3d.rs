@@ -22,7 +22,7 @@ use eframe::glow;
 use glam::DVec3;
 
 use super::backdrop::Backdrop;
-use super::gl::GlScene;
+use super::gl::{GlScene, is_by_processor};
 use super::keys::SceneAction;
 use super::pace::Pace;
 use super::run::Painted;
@@ -57,6 +57,8 @@ pub(super) struct View3d {
     ground: Option<Ground>,
     /// Simplified bodies for their shadow.
     shadowed: Vec<Arc<Solid>>,
+    /// True with software rendering.
+    by_processor: bool,
     paint: Arc<Mutex<PaintState>>,
     pace: Pace,
 }
@@ -108,8 +110,9 @@ impl View3d {
     pub(super) fn new(creation: &eframe::CreationContext<'_>, scene: &Scene, style: &Style) -> Result<Self, String> {
         let gl = creation.gl.as_ref().ok_or("there is no OpenGL here")?;
         let piece_lightness = style.theme.colours().piece_lightness;
-        let solids: Vec<Arc<Solid>> = scene.bodies.iter().map(|body| Arc::clone(&body.solid)).collect();
-        let gl_scene = GlScene::new(gl, &solids, piece_lightness)?;
+        let by_processor = is_by_processor(gl);
+        let (drawn, shadowed) = simplified(scene, by_processor);
+        let gl_scene = GlScene::new(gl, &drawn, piece_lightness)?;
         Ok(Self {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
@@ -117,10 +120,11 @@ impl View3d {
             widens: false,
             corners: Vec::new(),
             ground: None,
-            shadowed: shadowed(scene),
-            pace: Pace::new(gl_scene.by_processor),
+            shadowed,
+            by_processor,
+            pace: Pace::new(by_processor),
             paint: Arc::new(Mutex::new(PaintState {
-                backdrop: Backdrop::new(gl, gl_scene.by_processor)?,
+                backdrop: Backdrop::new(gl, by_processor)?,
                 gl_scene,
                 piece_lightness,
                 wanted: None,
@@ -196,15 +200,20 @@ impl View3d {
         for body in &mut scene.bodies {
             body.colour = body.part.colour(style.theme);
         }
-        self.replace(scene, style);
-    }
-
-    /// Replaces the bodies, or their colours; the camera stays in place.
-    pub(super) fn replace(&mut self, scene: &Scene, style: &Style) {
-        self.shadowed = shadowed(scene);
         if let Ok(mut paint) = self.paint.lock() {
             paint.piece_lightness = style.theme.colours().piece_lightness;
-            paint.wanted = Some(scene.bodies.iter().map(|body| Arc::clone(&body.solid)).collect());
+            let solids = paint.gl_scene.solids();
+            paint.wanted.get_or_insert(solids);
+        }
+    }
+
+    /// Replaces the bodies; the camera stays in place.
+    pub(super) fn replace(&mut self, scene: &Scene, style: &Style) {
+        let (drawn, shadowed) = simplified(scene, self.by_processor);
+        self.shadowed = shadowed;
+        if let Ok(mut paint) = self.paint.lock() {
+            paint.piece_lightness = style.theme.colours().piece_lightness;
+            paint.wanted = Some(drawn);
         }
     }
 
@@ -328,20 +337,26 @@ impl View3d {
     }
 }
 
-/// Returns simplified copies of the bodies of a scene, with so few triangles that the shadow can be
-/// computed in every frame.
-fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
-    let few = |solid: &Arc<Solid>| solid.coarse(MOST_SHADOWING).map_or_else(|| Arc::clone(solid), Arc::new);
-    let mut known: Vec<(*const Solid, Arc<Solid>)> = Vec::new();
+/// Returns the bodies of a scene as they are drawn, and copies with so few triangles that the
+/// shadow can be computed in every frame.
+fn simplified(scene: &Scene, by_processor: bool) -> (Vec<Arc<Solid>>, Vec<Arc<Solid>>) {
+    let few = |solid: &Arc<Solid>, most| solid.coarse(most).map_or_else(|| Arc::clone(solid), Arc::new);
+    let mut known: Vec<(*const Solid, [Arc<Solid>; 2])> = Vec::new();
     let of_body = |body: &ShownBody| {
-        let alike = known.iter().find(|(whole, _)| *whole == Arc::as_ptr(&body.solid));
-        let found = alike.map_or_else(|| few(&body.solid), |(_, few)| Arc::clone(few));
-        known.push((Arc::as_ptr(&body.solid), Arc::clone(&found)));
-        found
+        let whole = Arc::as_ptr(&body.solid);
+        if let Some((_, copies)) = known.iter().find(|(other, _)| *other == whole) {
+            return copies.clone().into();
+        }
+        let drawn = if by_processor { few(&body.solid, MOST_BY_PROCESSOR) } else { Arc::clone(&body.solid) };
+        let copies = [Arc::clone(&drawn), few(&drawn, MOST_SHADOWING)];
+        known.push((whole, copies.clone()));
+        copies.into()
     };
-    scene.bodies.iter().map(of_body).collect()
+    scene.bodies.iter().map(of_body).unzip()
 }
 
+/// Largest number of triangles of a body with software rendering.
+const MOST_BY_PROCESSOR: usize = 18_000;
 /// Largest number of triangles of a body for the shadow.
 const MOST_SHADOWING: usize = 3000;
 

@@ -215,7 +215,8 @@ impl Run {
             let frames: &[Frame] = if k == 0 { &[Frame::Whole, Frame::Contacts] } else { &[Frame::Contacts] };
             for frame in frames {
                 let shot = Shot { frame: *frame, view: View::Oblique, torque_max, as_in_the_paper: false };
-                shots.push((what.clone(), pictures::of_moment(&again.stage, moment, &shot)?));
+                let near = if *frame == Frame::Contacts { "; seen from near" } else { "" };
+                shots.push((format!("{what}{near}"), pictures::of_moment(&again.stage, moment, &shot)?));
             }
         }
         html.element("div", "shots", |all| {

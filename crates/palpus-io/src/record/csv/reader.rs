@@ -91,8 +91,12 @@ fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, Table
         }
         let has_columns_of = |format: u32| text == names_of(format).join(",");
         let other_columns = || {
-            let problem =
-                format!("the columns must be {}; was it written by another version?", column_names().join(","));
+            // A recording of any version begins with a comment or with this column.
+            let problem = if toml.is_empty() && !text.starts_with(column_names()[0]) {
+                "this is not a recording; `palpus run --record FILE` writes one".to_owned()
+            } else {
+                format!("the columns must be {}; was it written by another version?", column_names().join(","))
+            };
             TableError::at(name, lines.line, problem)
         };
         if entry.is_none() && !(lines.is_whole() && (1..=FORMAT).any(has_columns_of)) {

@@ -23,8 +23,14 @@ const MOST_DOTS: usize = 1000;
 const LETTERS: f32 = 14.0;
 /// Height of titles, points.
 const TITLE: f32 = 36.0;
+/// Distance of a value from its mark, points.
+const BESIDE: f32 = 9.0;
+/// Distance of arrows from the edge of the picture, points.
+const EDGE: f32 = 8.0;
+
 impl View3d {
-    /// Draws `scene` and the additional marks `more` in the world.
+    /// Draws `scene` and the additional marks `more` in the world. Returns the places of the values
+    /// at the marks.
     pub(in crate::window) fn draw(
         &self,
         ui: &egui::Ui,
@@ -32,7 +38,7 @@ impl View3d {
         scene: &Scene,
         style: &Style,
         more: &[(Triangles, Rgb)],
-    ) {
+    ) -> Vec<Rect> {
         self.background(ui, area.rect, style);
         if let Some(ground) = &self.ground {
             let bodies = self.shadowed.iter().zip(&scene.bodies).map(|(solid, body)| (&**solid, body.pose));
@@ -52,7 +58,7 @@ impl View3d {
         });
         ui.painter().add(egui::PaintCallback { rect: area.rect, callback: Arc::new(callback) });
         compass::draw(ui, area, &self.camera, scene, style);
-        self.label(ui, area, &labels, style);
+        if style.words { self.label(ui, area, &labels, style) } else { Vec::new() }
     }
 
     /// Fills the view in the background.
@@ -95,7 +101,7 @@ impl View3d {
             let least = (NOMINAL_HEIGHT / height).max(1.0);
             self.camera.metres_per_pixel(self.depth(point), NOMINAL_HEIGHT) * pixels * least
         };
-        let marks = Marks::of(scene, style, &metres);
+        let marks = Marks::of(scene, style, &metres, &|tail, way| self.visible_part(area, tail, way));
         for patch in marks.patches.iter().take(MOST_DOTS) {
             drawing.patch(&view, patch, metres(patch.point, patch.radius));
         }
@@ -109,8 +115,22 @@ impl View3d {
         (drawing, marks.labels)
     }
 
-    /// Draws values next to the marks, each at the right of its point.
-    fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) {
+    /// Returns the part (0 to 1) of an arrow from `tail` along `way` (world) that is in the picture.
+    /// An arrow that begins outside of the picture counts as visible.
+    fn visible_part(&self, area: &Area, tail: DVec3, way: DVec3) -> f64 {
+        let [Some(from), Some(to)] = [tail, tail + way].map(|end| self.seen_at(area, end)) else { return 1.0 };
+        let room = area.rect.shrink(EDGE);
+        if !room.contains(from) || room.contains(to) {
+            return 1.0;
+        }
+        let part = |from: f32, to: f32, low: f32, high: f32| (to.clamp(low, high) - from) / (to - from);
+        let across = if from.x == to.x { 1.0 } else { part(from.x, to.x, room.left(), room.right()) };
+        let along = if from.y == to.y { 1.0 } else { part(from.y, to.y, room.top(), room.bottom()) };
+        f64::from(across.min(along))
+    }
+
+    /// Draws values next to the marks, each beyond the end of its arrow. Returns their places.
+    fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) -> Vec<Rect> {
         let painter = ui.painter_at(area.rect);
         let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
         // The text stays in the picture and below titles, wherever the arrow points.
@@ -121,7 +141,9 @@ impl View3d {
             let Some(at) = self.seen_at(area, label.point) else { continue };
             let words =
                 painter.layout_no_wrap(label.words.clone(), FontId::proportional(LETTERS), colour(label.colour));
-            let place = Align2::LEFT_CENTER.anchor_size(at + egui::vec2(9.0, 0.0), words.size());
+            let is_left = self.seen_at(area, label.from).is_some_and(|from| at.x < from.x - BESIDE);
+            let (align, side) = if is_left { (Align2::RIGHT_CENTER, -1.0) } else { (Align2::LEFT_CENTER, 1.0) };
+            let place = align.anchor_size(at + egui::vec2(side * BESIDE, 0.0), words.size());
             let place = place.translate(room.clamp(place.min) - place.min);
             let mut place = place.translate((room.max - place.max).min(egui::Vec2::ZERO));
             while let Some(other) = taken.iter().find(|other| other.intersects(place)) {
@@ -131,6 +153,7 @@ impl View3d {
             painter.rect_filled(place.expand2(egui::vec2(4.0, 1.0)), 4.0, halo);
             painter.galley(place.min, words, colour(label.colour));
         }
+        taken
     }
 }
 

@@ -41,6 +41,8 @@ use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section
 
 /// Width of each panel at a side, points.
 const SIDE: f32 = 330.0;
+/// Windows narrower than this have one panel, points.
+const ROOMY: f32 = 900.0;
 /// Width and height of the Gauss map, points.
 const GAUSS: f32 = 270.0;
 /// Number of pixels per point in pictures.
@@ -269,10 +271,17 @@ impl eframe::App for Viewer {
         for action in keys::asked(&context) {
             self.act(&context, action);
         }
+        // A narrow window has no space for a second panel, so the depth is below the model.
+        let is_narrow = ui.available_width() < ROOMY;
         egui::Panel::right("side").default_size(SIDE).show(ui, |ui| {
-            egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));
+            egui::ScrollArea::vertical().show(ui, |ui| {
+                self.side(ui);
+                if self.cut && is_narrow {
+                    self.depth_side(ui);
+                }
+            });
         });
-        if self.cut {
+        if self.cut && !is_narrow {
             egui::Panel::left("depth").default_size(SIDE).show(ui, |ui| {
                 egui::ScrollArea::vertical().show(ui, |ui| self.depth_side(ui));
             });

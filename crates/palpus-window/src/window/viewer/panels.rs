@@ -105,7 +105,7 @@ impl Viewer {
             Some(texture) => drop(ui.image((texture.id(), size))),
             None => drop(ui.allocate_space(size)),
         }
-        let meaning = "Gauss map, turned like the piece. Blue: on the mesh. Grey: only on the hull. Orange: a neighbour's normal at the end of an arc.";
+        let meaning = "Gauss map, turned like the piece. Blue: on the mesh. Grey: only on the hull. Orange: a neighbour's normal at the end of an arc. Contacts push along admissible directions.";
         ui.label(small(meaning));
     }
 
@@ -174,11 +174,13 @@ fn section_words(known: &SectionAnswer, unit: Unit, busy: bool) -> String {
     if !known.section.closed {
         return format!("open mesh: no inside; felt up to {felt}{going}");
     }
-    let median =
-        numbers.ratio[1].map_or(String::new(), |ratio| format!(" · felt / true depth: median {:.1} %", 100.0 * ratio));
+    let median = numbers.ratio[1]
+        .map_or(String::new(), |ratio| format!(" · felt / true depth: median {:.1}\u{a0}%", 100.0 * ratio));
     let unseen = 100.0 * numbers.unseen as f64 / numbers.inside.max(1) as f64;
     let deepest = length_name(numbers.deepest, unit);
-    format!("true depth up to {deepest} · felt up to {felt}{median} · no contact in {unseen:.2} % of the inside{going}")
+    format!(
+        "true depth up to {deepest} · felt up to {felt}{median} · no contact in {unseen:.2}\u{a0}% of the inside{going}"
+    )
 }
 
 /// Draws the colours of depths up to `deepest`.

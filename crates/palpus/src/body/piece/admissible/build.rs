@@ -14,7 +14,7 @@ use glam::{DQuat, DVec3};
 
 use super::{Admissible, Borrowed, Range, SurfaceArc, SurfaceFace, is_original};
 use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
-use crate::algebra::{Plane, Workers, map_in_order};
+use crate::algebra::{Plane, Workers, both, map_in_order};
 use crate::body::decompose::facet::NONE;
 use crate::body::piece::face_area;
 use crate::body::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
@@ -35,7 +35,8 @@ impl Admissible {
             let some = k * OWNERS_PER_PART..pieces.len().min((k + 1) * OWNERS_PER_PART);
             Self::of_some(&source, &polytopes[some.clone()], &pieces[some])
         };
-        let parts = map_in_order(workers, pieces.len().div_ceil(OWNERS_PER_PART), 1, batch, &mut |_| ());
+        let parts = || map_in_order(workers, pieces.len().div_ceil(OWNERS_PER_PART), 1, batch, &mut |_| ());
+        let (parts, (ring_starts, ring)) = both(workers, parts, || rings(mesh));
         let sum = |of: fn(&Self) -> usize| parts.iter().map(of).sum();
         let mut answer = Self {
             noise: ON_FACE * noise,
@@ -44,12 +45,13 @@ impl Admissible {
             borrowed: Vec::with_capacity(sum(|part| part.borrowed.len())),
             arcs: Vec::with_capacity(sum(|part| part.arcs.len())),
             corners: Vec::with_capacity(sum(|part| part.corners.len())),
+            ring_starts,
+            ring,
             ..Self::default()
         };
         answer.pieces.push(Range::default());
         parts.into_iter().for_each(|part| answer.append(part));
-        (answer.ring_starts, answer.ring) = rings(mesh);
-        answer.find_caps(mesh, half_edges, polytopes);
+        answer.find_caps(mesh, half_edges, polytopes, workers);
         answer
     }
 

@@ -17,7 +17,8 @@
 use glam::DVec3;
 
 use super::{Admissible, AdmissibleNormals};
-use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, CAP_LEAST, CAP_SLACK};
+use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, CAP_LEAST, CAP_SLACK, OWNERS_PER_PART};
+use crate::algebra::{Workers, map_in_order};
 use crate::body::decompose::facet::NONE;
 use crate::body::{HalfEdges, Mesh, Polytope};
 
@@ -62,11 +63,16 @@ impl Cap {
 
 impl Admissible {
     /// Computes the caps of all pieces. The caller must compute the rings first.
-    pub(super) fn find_caps(&mut self, mesh: &Mesh, half_edges: &HalfEdges, polytopes: &[Polytope]) {
+    pub(super) fn find_caps(
+        &mut self,
+        mesh: &Mesh,
+        half_edges: &HalfEdges,
+        polytopes: &[Polytope],
+        workers: &dyn Workers,
+    ) {
         let around = Around::new(mesh, half_edges);
-        let caps =
-            polytopes.iter().enumerate().map(|(k, polytope)| self.cap(&around, &self.of(k as u32, polytope, mesh)));
-        self.caps = caps.collect();
+        let cap = |k: usize| self.cap(&around, &self.of(k as u32, &polytopes[k], mesh));
+        self.caps = map_in_order(workers, polytopes.len(), OWNERS_PER_PART, cap, &mut |_| ());
     }
 
     fn cap(&self, around: &Around<'_>, own: &AdmissibleNormals<'_>) -> Cap {
