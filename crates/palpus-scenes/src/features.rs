@@ -31,6 +31,8 @@ use crate::truth::TrueContact;
 /// Tolerance of the test whether a direction points above or below a plane, as a cosine to the
 /// plane's normal.
 const LEVEL: f64 = 1e-6;
+/// The same tolerance for corners that may become contacts after a small rotation: 6°.
+const NEARLY_LEVEL: f64 = 0.1;
 /// Two edges are parallel, and two normals are equal, if the sine of their angle is below this.
 const PARALLEL: f64 = 1e-6;
 /// Allowed distance of a point outside a face or an edge, relative to its size.
@@ -200,21 +202,7 @@ impl Features {
     /// is deeper than half a wall; the contacts do not explain the overlap; two translations that
     /// separate the bodies are about equally short.
     pub(crate) fn contacts(&self, pose_ba: &Pose, reach: f64) -> Option<Vec<TrueContact>> {
-        let placed = self.a.placed.at(pose_ba);
-        let (a, b) = (Side { shape: &self.a, placed: &placed }, Side { shape: &self.b, placed: &self.b.placed });
-        let to_a = pose_ba.inverse();
-        let in_a = |p: DVec3| self.a.contains(to_a.point(p));
-        let in_b = |p: DVec3| self.b.contains(p);
-        let in_air = |p: DVec3| !in_a(p) && !in_b(p);
-        let range = -self.wall..reach;
-        let mut found = corners_on_faces(a, b, &range, |p, is_deep| if is_deep { in_b(p) } else { in_air(p) });
-        let corners_of_b = corners_on_faces(b, a, &range, |p, is_deep| if is_deep { in_a(p) } else { in_air(p) });
-        // Normals point from the environment to the probe.
-        found.extend(corners_of_b.into_iter().map(|contact| TrueContact { normal: -contact.normal, ..contact }));
-        found.extend(edges_on_edges(a, b, &range, |[own, other], is_deep| match is_deep {
-            true => in_a(own) && in_b(other),
-            false => in_air(own),
-        }));
+        let mut found = self.found(pose_ba, &(-self.wall..reach), LEVEL);
         let deepest = found.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         let is_free = |way: DVec3, left: f64| {
             let moved = Pose { translation: pose_ba.translation + way, ..*pose_ba };
@@ -237,6 +225,33 @@ impl Features {
             found.retain(|contact| contact.separation + contact.normal.dot(own) >= -SLACK);
         }
         found.iter().all(|contact| contact.separation >= -0.5 * self.wall).then_some(found)
+    }
+
+    /// Returns the contacts that the probe may get after a motion of less than `reach` (m). The
+    /// corners include those that are the lowest of their neighbourhood only after a small
+    /// rotation.
+    pub(crate) fn supports(&self, pose_ba: &Pose, reach: f64) -> Vec<TrueContact> {
+        self.found(pose_ba, &(-reach..reach), NEARLY_LEVEL)
+    }
+
+    /// Returns the contacts whose separation is in `range` (m), before any check. `level` is the
+    /// tolerance of the test for corners whether a direction points above or below a face.
+    fn found(&self, pose_ba: &Pose, range: &std::ops::Range<f64>, level: f64) -> Vec<TrueContact> {
+        let placed = self.a.placed.at(pose_ba);
+        let (a, b) = (Side { shape: &self.a, placed: &placed }, Side { shape: &self.b, placed: &self.b.placed });
+        let to_a = pose_ba.inverse();
+        let in_a = |p: DVec3| self.a.contains(to_a.point(p));
+        let in_b = |p: DVec3| self.b.contains(p);
+        let in_air = |p: DVec3| !in_a(p) && !in_b(p);
+        let mut found = corners_on_faces(a, b, range, level, |p, is_deep| if is_deep { in_b(p) } else { in_air(p) });
+        let corners_of_b = corners_on_faces(b, a, range, level, |p, is_deep| if is_deep { in_a(p) } else { in_air(p) });
+        // Normals point from the environment to the probe.
+        found.extend(corners_of_b.into_iter().map(|contact| TrueContact { normal: -contact.normal, ..contact }));
+        found.extend(edges_on_edges(a, b, range, |[own, other], is_deep| match is_deep {
+            true => in_a(own) && in_b(other),
+            false => in_air(own),
+        }));
+        found
     }
 }
 
@@ -264,6 +279,7 @@ fn corners_on_faces(
     own: Side<'_>,
     other: Side<'_>,
     range: &std::ops::Range<f64>,
+    level: f64,
     joins: impl Fn(DVec3, bool) -> bool,
 ) -> Vec<TrueContact> {
     let by = range.end.max(-range.start);
@@ -285,7 +301,7 @@ fn corners_on_faces(
             let separation = normal.dot(p - at(face[0]));
             let foot = p - normal * separation;
             if range.contains(&separation)
-                && spokes.iter().all(|spoke| spoke.dot(normal) >= -LEVEL)
+                && spokes.iter().all(|spoke| spoke.dot(normal) >= -level)
                 && is_within(foot, face.map(at), normal)
                 // Coplanar triangles give one contact.
                 && !found[first..].iter().any(|contact| is_one(contact, normal))

@@ -76,6 +76,22 @@ impl Refined {
     }
 }
 
+impl Refined {
+    /// Returns every contact that the probe at `pose` may get after a motion of less than `reach`
+    /// (m). A tool on springs rests on these contacts. The probe must not overlap the environment
+    /// by more than `reach`.
+    pub fn supports(&self, pose: &Pose, reach: f64) -> Vec<TrueContact> {
+        let mut found = match &self.0 {
+            Law::Rails => knife_on_ridges(pose),
+            Law::Rings => ring_in_ring(pose),
+            Law::Gut => ball_at_wall(pose.translation),
+            Law::Features(features) => features.supports(pose, reach),
+        };
+        found.retain(|contact| contact.separation < reach);
+        found
+    }
+}
+
 fn knife_on_ridges(pose: &Pose) -> Vec<TrueContact> {
     let edge = pose.point(DVec3::NEG_Z * KNIFE_DEPTH);
     let on_ridge = |side: f64| TrueContact {
@@ -113,6 +129,11 @@ fn ring_in_ring(pose: &Pose) -> Vec<TrueContact> {
 }
 
 fn ball_in_gut(center: DVec3) -> Option<Vec<TrueContact>> {
+    let found = ball_at_wall(center);
+    found.iter().all(|contact| contact.separation >= -0.5 * GUT_WALL).then_some(found)
+}
+
+fn ball_at_wall(center: DVec3) -> Vec<TrueContact> {
     let line = CenterLine;
     let wall = |u: f64| {
         let (level, steep) = line.across(u);
@@ -123,8 +144,7 @@ fn ball_in_gut(center: DVec3) -> Option<Vec<TrueContact>> {
         let normal = (center - point).normalize_or(DVec3::Z);
         TrueContact { point: Some(point), normal, separation: center.distance(point) - gut::BALL }
     };
-    let found: Vec<TrueContact> = minima(|u| center.distance(wall(u)), false).into_iter().map(contact).collect();
-    found.iter().all(|contact| contact.separation >= -0.5 * GUT_WALL).then_some(found)
+    minima(|u| center.distance(wall(u)), false).into_iter().map(contact).collect()
 }
 
 /// Returns the places in \[0, 1\] of the local minima of `at`. If `round`, the curve is closed.

@@ -38,6 +38,14 @@ fn flat_box_has_contacts_at_the_corners_of_the_overlap() {
 }
 
 #[test]
+fn slightly_tilted_box_may_stand_on_all_corners_of_its_face() {
+    let pose = turned(DQuat::from_rotation_y(0.02), 0.0);
+    assert_eq!(boxes().contacts(&pose, 1e-3).expect("not deep").len(), 2);
+    let supports = boxes().supports(&pose, 1e-3);
+    assert!(supports.len() == 4 && supports.iter().all(|contact| contact.normal == DVec3::Z), "{supports:?}");
+}
+
+#[test]
 fn tilted_box_has_a_contact_at_its_lowest_corner() {
     let pose = turned(DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.3, 0.2), 0.0);
     let contacts = boxes().contacts(&pose, 1e-5).expect("not deep");

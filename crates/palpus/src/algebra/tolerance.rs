@@ -1245,6 +1245,12 @@ pub const SHADING_SAME: f64 = 1.0 - 1e-9;
 /// leaves needles without shading.
 pub const SHADING_IN_FACE: f64 = 0.999_96;
 
+/// rad/m: two sides of a contact whose curvatures add up to less than this are flat.
+///
+/// The normals of a flat surface differ by rounding errors, about 1e-13 rad/m. A larger value would
+/// leave out surfaces with radii of kilometres, whose facets nobody feels.
+pub const SHADING_FLAT: f64 = 1e-6;
+
 /// The search for the triangle at a contact point examines at most this many triangles of a face.
 ///
 /// This limit bounds the time to a few microseconds per contact. Contacts on larger merged faces,
@@ -1377,11 +1383,11 @@ pub const COUPLING_LEAD: f64 = 3.0;
 /// used for devices that give forces but no torques.
 ///
 /// With this value, the force equals the force on a six-axis device. On a six-axis device, a
-/// contact turns the hand (0.15 N·m/rad if relaxed, 0.6 N·m/rad with an ordinary grip) and the
-/// coupling (0.94 N·m/rad). Both in series have 0.13 to 0.37 N·m/rad. Without torques the hand does
-/// not turn, so the tool must turn instead. At 5, a spoon in a cup gave three times the force of
-/// the six-axis device. Far below 0.3, the tool's orientation differs visibly from the hand's.
-pub const COUPLING_ALIGNMENT: f64 = 0.3;
+/// contact turns an ordinary hand (0.6 N·m/rad) and the coupling (0.5 N·m/rad at 1 kHz), which are
+/// in series. Without torques the hand does not turn, so the tool must turn instead. At 5, a spoon
+/// in a cup gave three times the force of the six-axis device. At 0.3, the force on a box that
+/// tilts was wrong by 3 % instead of 0.6 %.
+pub const COUPLING_ALIGNMENT: f64 = 0.27;
 
 /// s: damping of the torque of [`COUPLING_ALIGNMENT`] over its stiffness.
 ///

@@ -13,7 +13,8 @@
 //!    the vector between the centres is along r_b n_b − r_a n_a. So the weight of each side is its
 //!    radius, 1 / curvature. A flat side determines the direction alone, and two equally curved
 //!    sides have equal weights. The result changes continuously with the witness points wherever
-//!    both surfaces are smooth.
+//!    both surfaces are smooth. Two flat sides leave the contact's normal as it is: flat faces
+//!    approximate no other surface. (At a corner of a patch, two faces are only nearly parallel.)
 //! 3. *Reduce* the weight of a side by its angle from the true normal: the factor is 1 within
 //!    half of `most_turn`, and falls to 0 at `most_turn`. The rest of the weight goes to the true
 //!    normal. So the result is within `most_turn` of the true normal. (A deep contact may lie on a
@@ -23,6 +24,8 @@
 //! surface. The rule for two surfaces is ours.
 
 use glam::DVec3;
+
+use crate::algebra::tolerance::SHADING_FLAT;
 
 /// Settings of force shading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +56,10 @@ pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothN
         (None, Some(_)) => (0.0, 1.0),
         (Some(a), Some(b)) => {
             let both = a.curvature + b.curvature;
-            let share_b = if both > 0.0 { a.curvature / both } else { 0.5 };
+            if both < SHADING_FLAT {
+                return normal;
+            }
+            let share_b = a.curvature / both;
             (1.0 - share_b, share_b)
         }
     };
@@ -116,6 +122,15 @@ mod tests {
         assert!((shade(n, None, side(tilted, 20.0), 0.5) - tilted).length() < 1e-15);
         assert!((shade(n, side(-tilted, 0.0), None, 0.5) - tilted).length() < 1e-15);
         assert_eq!(shade(n, None, None, 0.5), n);
+    }
+
+    /// The rim of a tilted peg on a plate: the corner of their patch lies on two flat faces.
+    #[test]
+    fn two_flat_faces_keep_the_normal_of_their_contact() {
+        let tilted = DVec3::new(0.05, 0.0, 1.0).normalize();
+        for (curvature_a, curvature_b) in [(0.0, 0.0), (0.0, 1e-13), (1e-13, 0.0)] {
+            assert_eq!(shade(DVec3::Z, side(-tilted, curvature_a), side(DVec3::Z, curvature_b), 0.5), DVec3::Z);
+        }
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub(super) const TRUTH: [Column; 3] = [
 
 /// The parts of the difference from the truth, 99th percentiles: the coupling's springs, the
 /// motion, and the rest.
-pub(super) const TRUTH_PARTS: [Column; 4] = [
+pub(super) const TRUTH_PARTS: [Column; 5] = [
     column(
         "direction: springs / motion / rest, p99 (°)",
         &["direction by springs p99", "direction by motion p99", "direction left p99"],
@@ -59,6 +59,7 @@ pub(super) const TRUTH_PARTS: [Column; 4] = [
         2,
     ),
     column("lag (ms)", &["lag"], 1e3, 2),
+    column("balance not found (% of poses)", &["balance not found"], 1.0, 2),
 ];
 
 pub(super) const LOOP: [Column; 9] = [

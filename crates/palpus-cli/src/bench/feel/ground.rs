@@ -46,8 +46,8 @@ pub(super) struct Ground {
     pub(super) coupled: Settings,
     pub(super) path: HandPath,
     pub(super) truth: Option<Truth>,
-    /// The contacts of a refined truth, if they were requested.
-    pub(super) refined: Option<Vec<RefinedPose>>,
+    /// A refined truth, if it was requested.
+    pub(super) refined: Option<RefinedTruth>,
     /// Distance from the grip to the farthest point of the probe, m.
     pub(super) reach: f64,
     /// Time on the path at which the script begins, s.
@@ -67,6 +67,13 @@ pub(super) struct Ground {
 
 /// The true contacts at one of the judged poses; `None` if the two searches disagree.
 pub(super) type RefinedPose = Option<Vec<TrueContact>>;
+
+/// A refined truth along the script.
+pub(super) struct RefinedTruth {
+    pub(super) law: Refined,
+    /// Its contacts at every [`JUDGED`]th pose.
+    pub(super) poses: Vec<RefinedPose>,
+}
 
 /// Number of ticks between two measurements of the overlap.
 pub(super) const JUDGED: usize = 5;
@@ -147,13 +154,12 @@ impl Ground {
         at(k).lerp(at(k + 1), place - place.floor()) * (s * s * (3.0 - 2.0 * s))
     }
 
-    /// Returns the true contacts at every [`JUDGED`]th pose of the script, in a scene with a
-    /// refined truth.
-    pub(super) fn refined_contacts(&self) -> Option<Vec<RefinedPose>> {
-        let refined = Refined::of(&palpus_scenes::scene(self.name)?)?;
+    /// Returns the refined truth of the script, in a scene that has one.
+    pub(super) fn refined_truth(&self) -> Option<RefinedTruth> {
+        let law = Refined::of(&palpus_scenes::scene(self.name)?)?;
         let reach = self.settings.contact_tolerance;
-        let judged = self.script.iter().step_by(JUDGED);
-        Some(judged.map(|probe| refined.contacts(&probe.pose_ba, reach)).collect())
+        let poses = self.script.iter().step_by(JUDGED).map(|probe| law.contacts(&probe.pose_ba, reach)).collect();
+        Some(RefinedTruth { law, poses })
     }
 
     /// Returns the query that measures the overlap of the bodies.

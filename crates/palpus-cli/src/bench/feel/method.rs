@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use palpus::algebra::{NoClock, Pose, Twist, Wrench};
 use palpus::body::Body;
-use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings};
+use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, Tick};
 use palpus_baselines::{
     Baseline, Coupled, CouplingSettings, Epa, Felt, Predicted, PredictedSettings, Voxel, VoxelSettings,
 };
@@ -28,9 +28,9 @@ pub(super) trait Method {
     /// Computes one step.
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick;
 
-    /// Returns the wrench after the probe has been held at the pose of the last step until nothing
+    /// Returns the result after the probe has been held at the pose of the last step until nothing
     /// moves; `None` for methods that are not measured at rest.
-    fn at_rest(&self, _probe: &ProbeState) -> Option<Wrench> {
+    fn at_rest(&self, _probe: &ProbeState) -> Option<FeltTick> {
         None
     }
 }
@@ -236,16 +236,19 @@ struct Rendered(Renderer);
 
 impl Method for Rendered {
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
-        let tick = self.0.step(probe, dt, &NoClock);
-        FeltTick { wrench: tick.commanded, separation: tick.separation(), shown: tick.tool_ba }
+        felt(self.0.step(probe, dt, &NoClock))
     }
 
-    fn at_rest(&self, probe: &ProbeState) -> Option<Wrench> {
+    fn at_rest(&self, probe: &ProbeState) -> Option<FeltTick> {
         let held = ProbeState { twist: Twist::default(), ..*probe };
         let mut renderer = self.0.clone();
         (0..STILL).for_each(|_| _ = renderer.step(&held, TICK, &NoClock));
-        Some(renderer.tick().commanded)
+        Some(felt(renderer.tick()))
     }
+}
+
+fn felt(tick: &Tick) -> FeltTick {
+    FeltTick { wrench: tick.commanded, separation: tick.separation(), shown: tick.tool_ba }
 }
 
 /// A method of other authors.

@@ -37,7 +37,7 @@ use palpus_io::Threads;
 
 use self::closed::HANDS;
 use self::ground::{Ground, SCENES};
-use self::method::{Entry, METHODS, Tuning};
+use self::method::{ContactOffset, Entry, METHODS, Tuning};
 pub(super) use self::open_benchmark::{Asked as OpenAsked, run as open_benchmark};
 use self::row::{Row, Rows};
 use crate::{files, output};
@@ -69,9 +69,12 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     let methods = chosen("--method", wanted.method, &METHODS.map(|entry| entry.name))?;
     let effort = if wanted.quick { Effort::QUICK } else { Effort::FULL };
     let (scripted, flush): (Vec<_>, Vec<_>) = scenes.into_iter().partition(|name| SCENES.contains(name));
-    let grounds: Vec<Ground> =
+    let mut grounds: Vec<Ground> =
         scripted.iter().map(|name| Ground::new(name, effort.seconds)).collect::<anyhow::Result<_>>()?;
     let entries: Vec<Entry> = METHODS.into_iter().filter(|entry| methods.contains(&entry.name)).collect();
+    if !wanted.quick && entries.iter().any(|entry| matches!(entry.contact_offset, ContactOffset::Tool)) {
+        refine(&mut grounds)?;
+    }
     let outcomes = measure_all(&grounds, &entries, &effort)?;
     let count = entries.len();
     let of_scene = |k: usize| &outcomes[k * count..(k + 1) * count];
@@ -99,6 +102,15 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     }
     output::line(format!("written to {}: feel.md, feel.html, feel.csv, feel.json and the plots", wanted.out.display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Computes the refined truths of the scenes that have one.
+fn refine(grounds: &mut [Ground]) -> anyhow::Result<()> {
+    let refined = shared_out(grounds.len(), |k| Ok(grounds[k].refined_truth()))?;
+    for (ground, refined) in grounds.iter_mut().zip(refined) {
+        ground.refined = refined;
+    }
+    Ok(())
 }
 
 /// Returns the selected scenes: all except the large scene, or the named scene.

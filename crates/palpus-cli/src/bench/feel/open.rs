@@ -18,7 +18,7 @@ use palpus::algebra::Wrench;
 use palpus::render::ProbeState;
 
 use super::ground::{Ground, JUDGED};
-use super::method::{ContactOffset, Entry, Method, Tuning};
+use super::method::{ContactOffset, Entry, FeltTick, Method, Tuning};
 use super::row::{Rows, largest, mean, quantile};
 use super::truth;
 use crate::bench::TICK;
@@ -47,30 +47,37 @@ pub(super) struct Curve {
 #[derive(Default)]
 pub(super) struct Played {
     pub(super) wrenches: Vec<Wrench>,
-    /// Wrenches of the probe at rest at every [`JUDGED`]th pose, if requested.
-    pub(super) still: Vec<Wrench>,
+    /// Results with the probe at rest at every [`JUDGED`]th pose, if requested.
+    pub(super) still: Vec<FeltTick>,
     /// Separation of the deepest contact according to the method, m.
     pub(super) deepest: f64,
 }
 
 /// Runs the method along the scene's script.
 pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow::Result<Curve> {
-    let mut method = entry.build(ground, &tuning(ground))?;
-    let played =
-        play(ground, method.as_mut(), ground.truth.is_some() && matches!(entry.contact_offset, ContactOffset::Tool));
+    let is_tool = matches!(entry.contact_offset, ContactOffset::Tool);
+    let tuning = Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) };
+    let played = play(ground, entry.build(ground, &tuning)?.as_mut(), ground.truth.is_some() && is_tool);
     rows.add("", "deepest seen", "m", played.deepest);
-    judge(ground, entry.contact_offset, &played, rows);
+    judge(ground, &played.wrenches, rows);
+    if ground.truth.is_some() {
+        compare(ground, entry.contact_offset, &played, rows);
+    } else if ground.refined.is_some() && is_tool {
+        // Other methods are compared with this truth by `palpus bench open`.
+        let tuning = Tuning { friction: false, ..tuning };
+        compare(ground, entry.contact_offset, &play(ground, entry.build(ground, &tuning)?.as_mut(), true), rows);
+    }
     let times = (0..played.wrenches.len()).map(|k| k as f64 * TICK).collect();
     Ok(Curve { times, wrenches: played.wrenches })
 }
 
-/// Returns the parameters of the methods. Friction is as in the scene, but is off in scenes with a
-/// known truth, because the truth has no friction.
+/// Returns the parameters of the methods for a comparison with the truth. Friction is as in the
+/// scene, but is off in scenes with a known truth, because the truth has no friction.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
     Tuning { friction: ground.truth.is_none() && ground.refined.is_none(), ..Tuning::of(ground) }
 }
 
-/// Steps the method along the script. `is_held` also requests the wrenches at rest.
+/// Steps the method along the script. `is_held` also requests the results at rest.
 pub(super) fn play(ground: &Ground, method: &mut dyn Method, is_held: bool) -> Played {
     let mut played = Played::default();
     for (k, probe) in ground.script.iter().enumerate() {
@@ -84,16 +91,22 @@ pub(super) fn play(ground: &Ground, method: &mut dyn Method, is_held: bool) -> P
     played
 }
 
-/// Adds the measures of wrenches along the script, from any engine.
-pub(super) fn judge(ground: &Ground, contact_offset: ContactOffset, played: &Played, rows: &mut Rows) {
-    let Played { wrenches, still, .. } = played;
+/// Adds the measures of wrenches along the script, from any engine, that need no truth.
+pub(super) fn judge(ground: &Ground, wrenches: &[Wrench], rows: &mut Rows) {
     let add = &mut |measure, unit, value| rows.add("", measure, unit, value);
     steps(ground, wrenches, add);
     if ground.name == "rails" {
         merging(ground, wrenches, add);
     }
     add("pop-throughs", "", pop_throughs(ground, wrenches) as f64);
-    truth::measure(ground, contact_offset, wrenches, still, add);
+}
+
+/// Adds the differences from the truth, if the scene has one.
+pub(super) fn compare(ground: &Ground, contact_offset: ContactOffset, played: &Played, rows: &mut Rows) {
+    let Played { wrenches, still, .. } = played;
+    truth::measure(ground, contact_offset, wrenches, still, &mut |measure, unit, value| {
+        rows.add("", measure, unit, value);
+    });
 }
 
 pub(super) type Add<'a> = &'a mut dyn FnMut(&'static str, &'static str, f64);

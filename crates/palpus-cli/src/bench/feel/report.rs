@@ -79,7 +79,7 @@ fn sections<'a>(measured: &Measured<'a>) -> Vec<Section<'a>> {
     for (ground, (_, figures)) in grounds.iter().zip(figures) {
         let pick = Pick { rows, scene: ground.name };
         let mut tables = vec![pick.by_method("Open loop", entries, &OPEN)];
-        if ground.truth.is_some() {
+        if ground.truth.is_some() || ground.refined.is_some() {
             tables.push(pick.by_method("Against the truth (without friction)", entries, &TRUTH));
             tables.push(pick.by_method("Springs, motion and rest behind the coupling", entries, &TRUTH_PARTS));
         }

@@ -1,5 +1,5 @@
-//! Compares a felt wrench with the true wrench, in scenes whose true contacts are known in closed
-//! form.
+//! Compares a felt wrench with the true wrench, in scenes whose true contacts are known: in closed
+//! form, or refined ([`palpus_scenes::refined`]).
 //!
 //! Felt and true wrench are compared by three measures: the angle between their forces, their size
 //! after scaling by the one factor that fits best, and the distance of their lines of action. For a
@@ -15,19 +15,23 @@
 //! * *rest*: the difference between the wrench felt at rest and the true wrench transmitted by the
 //!   springs. This is the engine's own error.
 //!
-//! The transmitted true wrench is computed for a tool on springs. Translational and rotational
-//! springs hold the tool to the hand at the grip, and rigid true contacts support it from the
-//! contact offset on. The balance of forces is a linear complementarity problem. The problem is
-//! solved by projected Gauss-Seidel, and linearised again at each pose of the iteration.
+//! The transmitted truth is computed for a tool on springs. Translational and rotational springs
+//! hold the tool to the hand at the grip, and rigid true contacts support it from the contact
+//! offset on. The balance of forces is a linear complementarity problem. The problem is solved by
+//! projected Gauss-Seidel, and linearised again at each pose of the iteration.
+//!
+//! Between several walls, a tool on springs may have more than one balance: the tool stays on the
+//! side of a wall from which it came. With a refined truth, the search for the balance therefore
+//! starts where palpus's tool is at rest. A pose is left out if the search does not end.
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::{Pose, Wrench};
+use palpus::algebra::{Pose, Wrench, rotation_between};
 use palpus::render::{ProbeState, Settings};
-use palpus_scenes::refined;
-use palpus_scenes::truth::Truth;
+use palpus_scenes::refined::{self, Refined};
+use palpus_scenes::truth::{TrueContact, Truth};
 
 use super::ground::{Ground, JUDGED};
-use super::method::ContactOffset;
+use super::method::{ContactOffset, FeltTick};
 use super::open::{Add, FAINT, angle_between};
 use super::row::{largest, quantile};
 use crate::bench::TICK;
@@ -36,6 +40,16 @@ use crate::bench::TICK;
 /// pose.
 const LINEARISED: usize = 8;
 const SWEEPS: usize = 300;
+/// Number of linearisations near a refined truth. Later steps go half the way, because the tool may
+/// swing between two facets.
+const LINEARISED_NEAR: usize = 24;
+/// Distance within which refined contacts support the tool, m. No step of the search moves the
+/// tool's grip farther.
+const REACH: f64 = 0.3e-3;
+/// The search has ended if a step changes the force by less than this share, plus [`ENDED_FORCE`].
+const ENDED: f64 = 1e-3;
+/// N.
+const ENDED_FORCE: f64 = 1e-4;
 
 /// A true force, and its torque about the grip if that is known.
 #[derive(Clone, Copy)]
@@ -75,40 +89,54 @@ const REST: Names = [
 ];
 
 /// Adds the differences of `wrenches` from the truth, if the scene has a known truth. `still`: the
-/// wrenches at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
+/// results at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
 pub(super) fn measure(
     ground: &Ground,
     contact_offset: ContactOffset,
     wrenches: &[Wrench],
-    still: &[Wrench],
+    still: &[FeltTick],
     add: Add<'_>,
 ) {
     let contact_offset = contact_offset.width(ground);
-    if ground.refined.is_some() {
-        let at = |k: usize| Some((shared(ground, contact_offset, k)?, *wrenches.get(k)?));
-        let (wanted, felt): (Vec<True>, Vec<Wrench>) = (0..wrenches.len()).filter_map(at).unzip();
-        compare(&wanted, &felt, None, &ALL, add);
-        return;
-    }
-    let Some(truth) = &ground.truth else { return };
-    let direct: Vec<True> =
-        ground.script.iter().map(|probe| direct(truth, &ground.settings, contact_offset, probe)).collect();
-    if let Some(gain) = compare(&direct, wrenches, None, &ALL, add) {
+    let direct = |k: usize| match (&ground.truth, &ground.refined) {
+        (Some(truth), _) => Some(direct(truth, &ground.settings, contact_offset, &ground.script[k])),
+        (None, Some(_)) => shared(ground, contact_offset, k),
+        (None, None) => None,
+    };
+    let (wanted, felt): (Vec<True>, Vec<Wrench>) =
+        wrenches.iter().enumerate().filter_map(|(k, felt)| Some((direct(k)?, *felt))).unzip();
+    let gain = compare(&wanted, &felt, None, &ALL, add);
+    if let Some(gain) = gain.filter(|_| ground.truth.is_some()) {
         add("felt stiffness", "N/m", gain);
     }
-    let Some(springs) = Springs::of(&ground.coupled).filter(|_| !still.is_empty()) else { return };
-    let judged = || ground.script.iter().step_by(JUDGED);
-    let sprung: Vec<Wrench> = judged().map(|probe| springs.balance(truth, contact_offset, probe)).collect();
-    let direct: Vec<True> = direct.into_iter().step_by(JUDGED).collect();
-    compare(&direct, &sprung, None, &SPRINGS, add);
+    let Some(springs) = Springs::of(&ground.coupled).filter(|_| gain.is_some() && !still.is_empty()) else { return };
     let felt: Vec<Wrench> = wrenches.iter().copied().step_by(JUDGED).collect();
-    let resting: Vec<True> = still.iter().map(True::of).collect();
-    compare(&resting, &felt, Some(1.0), &MOTION, add);
-    if let Some(lag) = lag(still, &felt) {
+    let resting: Vec<Wrench> = still.iter().map(|still| still.wrench).collect();
+    let sprung: Vec<Option<Wrench>> = ground
+        .script
+        .iter()
+        .step_by(JUDGED)
+        .zip(still)
+        .map(|(probe, still)| match (&ground.truth, &ground.refined) {
+            (Some(truth), _) => Some(springs.balance(truth, contact_offset, probe)),
+            (None, Some(refined)) => springs.balance_near(&refined.law, contact_offset, probe, &still.shown),
+            (None, None) => None,
+        })
+        .collect();
+    let left_out = sprung.iter().filter(|sprung| sprung.is_none()).count();
+    if ground.refined.is_some() {
+        add("balance not found", "%", 100.0 * left_out as f64 / sprung.len().max(1) as f64);
+    }
+    let direct = |(k, sprung): (usize, &Option<Wrench>)| Some((direct(k * JUDGED)?, (*sprung)?));
+    let (wanted, by_springs): (Vec<True>, Vec<Wrench>) = sprung.iter().enumerate().filter_map(direct).unzip();
+    compare(&wanted, &by_springs, None, &SPRINGS, add);
+    compare(&resting.iter().map(True::of).collect::<Vec<_>>(), &felt, Some(1.0), &MOTION, add);
+    if let Some(lag) = lag(&resting, &felt) {
         add("lag", "s", lag);
     }
-    let sprung: Vec<True> = sprung.iter().map(True::of).collect();
-    compare(&sprung, still, Some(1.0), &REST, add);
+    let (sprung, resting): (Vec<True>, Vec<Wrench>) =
+        sprung.iter().zip(&resting).filter_map(|(sprung, still)| Some((True::of(sprung.as_ref()?), *still))).unzip();
+    compare(&sprung, &resting, Some(1.0), &REST, add);
 }
 
 /// Returns the true wrench on contacts of unit stiffness.
@@ -129,7 +157,7 @@ pub(super) fn shared(ground: &Ground, contact_offset: f64, k: usize) -> Option<T
     if !k.is_multiple_of(JUDGED) {
         return None;
     }
-    let contacts = ground.refined.as_ref()?.get(k / JUDGED)?.as_ref()?;
+    let contacts = ground.refined.as_ref()?.poses.get(k / JUDGED)?.as_ref()?;
     let (force, torque) =
         refined::push(contacts, contact_offset, ground.script[k].pose_ba.point(ground.settings.grip_a));
     Some(True { force, torque })
@@ -197,26 +225,53 @@ impl Springs {
 
     /// Returns the wrench about the grip with which true contacts support the tool.
     fn balance(&self, truth: &Truth, contact_offset: f64, probe: &ProbeState) -> Wrench {
-        let hand = probe.pose_ba;
-        let grip = hand.point(self.grip_a);
-        let (mut shift, mut turn) = (DVec3::ZERO, DVec3::ZERO);
+        let mut tool = Leaning::default();
         let mut wrench = Wrench::ZERO;
         for _ in 0..LINEARISED {
-            let rotation = DQuat::from_scaled_axis(turn) * hand.rotation;
-            let tool = Pose::new(rotation, grip + shift - rotation * self.grip_a);
-            let contacts: Vec<Row> = truth
-                .supports(&tool)
-                .into_iter()
-                .filter_map(|contact| {
-                    let lever = (contact.point? - grip - shift).cross(contact.normal);
-                    let offset = contact.separation - contact_offset - contact.normal.dot(shift) - lever.dot(turn);
-                    Some(Row { normal: contact.normal, lever, offset, push: 0.0 })
-                })
-                .collect();
-            wrench = self.solved(contacts);
-            (shift, turn) = (wrench.force / self.stiffness, wrench.torque / self.angular_stiffness);
+            wrench = self.solved(self.rows(truth.supports(&tool.pose(self, probe)), contact_offset, probe, &tool));
+            tool = Leaning { shift: wrench.force / self.stiffness, turn: wrench.torque / self.angular_stiffness };
         }
         wrench
+    }
+
+    /// Returns the wrench about the grip with which the contacts of a refined truth support the
+    /// tool. The search starts with the tool at `start`; `None` if it does not end.
+    fn balance_near(&self, law: &Refined, contact_offset: f64, probe: &ProbeState, start: &Pose) -> Option<Wrench> {
+        let hand = &probe.pose_ba;
+        let shift = start.point(self.grip_a) - hand.point(self.grip_a);
+        let mut tool = Leaning { shift, turn: rotation_between(hand.rotation, start.rotation) };
+        let mut last = Wrench::ZERO;
+        for k in 0..LINEARISED_NEAR {
+            let contacts = law.supports(&tool.pose(self, probe), REACH);
+            let wrench = self.solved(self.rows(contacts, contact_offset, probe, &tool));
+            let next = Leaning { shift: wrench.force / self.stiffness, turn: wrench.torque / self.angular_stiffness };
+            let way = (next.shift - tool.shift).length();
+            let change = wrench.force.distance(last.force);
+            if k > 0 && way < REACH && change < ENDED * wrench.force.length() + ENDED_FORCE {
+                return Some(wrench);
+            }
+            let share = if k < LINEARISED { 1.0 } else { 0.5 };
+            tool = tool.towards(&next, (REACH / way).min(share));
+            last = wrench;
+        }
+        None
+    }
+
+    /// Returns the contacts as constraints on the tool.
+    fn rows(
+        &self,
+        contacts: impl IntoIterator<Item = TrueContact>,
+        contact_offset: f64,
+        probe: &ProbeState,
+        tool: &Leaning,
+    ) -> Vec<Row> {
+        let grip = probe.pose_ba.point(self.grip_a) + tool.shift;
+        let row = |contact: TrueContact| {
+            let lever = (contact.point? - grip).cross(contact.normal);
+            let offset = contact.separation - contact_offset - contact.normal.dot(tool.shift) - lever.dot(tool.turn);
+            Some(Row { normal: contact.normal, lever, offset, push: 0.0 })
+        };
+        contacts.into_iter().filter_map(row).collect()
     }
 
     /// Returns the sum of the contacts' forces. No contact pulls or overlaps, and contacts that
@@ -235,6 +290,28 @@ impl Springs {
             }
         }
         Wrench { force, torque }
+    }
+}
+
+/// Displacement of the tool from the hand.
+#[derive(Clone, Copy, Default)]
+struct Leaning {
+    /// Translation of the grip, m.
+    shift: DVec3,
+    /// Rotation vector, rad.
+    turn: DVec3,
+}
+
+impl Leaning {
+    fn pose(&self, springs: &Springs, probe: &ProbeState) -> Pose {
+        let hand = &probe.pose_ba;
+        let rotation = DQuat::from_scaled_axis(self.turn) * hand.rotation;
+        Pose::new(rotation, hand.point(springs.grip_a) + self.shift - rotation * springs.grip_a)
+    }
+
+    /// Returns the displacement at this share of the way to `other`.
+    fn towards(&self, other: &Self, share: f64) -> Self {
+        Self { shift: self.shift.lerp(other.shift, share), turn: self.turn.lerp(other.turn, share) }
     }
 }
 
@@ -284,5 +361,22 @@ mod tests {
         let share = 1.0 / (1.0 + 400.0 * 0.015 * 0.015);
         assert!((leaning.force.z - 0.2 * share).abs() < 0.01 * 0.2, "{leaning:?}");
         assert!((leaning.torque.y / leaning.force.z - 0.015).abs() < 1e-4, "{leaning:?}");
+    }
+    /// The knife rests on both ridges, wherever the search starts. The balance is that of one
+    /// spring.
+    #[test]
+    fn tool_on_springs_rests_on_refined_contacts() {
+        let scene = palpus_scenes::scene("rails").expect("the scene is built in");
+        let law = Refined::of(&scene).expect("the scene has a refined truth");
+        let springs = Springs { stiffness: 400.0, angular_stiffness: 1.0, grip_a: DVec3::ZERO };
+        let knife = |gap: f64, turn: f64| {
+            let edge = law.supports(&Pose::IDENTITY, f64::INFINITY)[0].separation;
+            Pose::new(DQuat::from_rotation_y(turn), DVec3::new(0.0, -0.01, gap - edge))
+        };
+        let hand = ProbeState { pose_ba: knife(-5e-4, 0.0), twist: palpus::algebra::Twist::default() };
+        for start in [knife(0.0, 0.0), knife(2e-4, 0.01), knife(-2e-4, -0.01)] {
+            let wrench = springs.balance_near(&law, 1e-5, &hand, &start).expect("the search ends");
+            assert!((wrench.force - DVec3::Z * 400.0 * 5.1e-4).length() < 1e-5, "{wrench:?}");
+        }
     }
 }

@@ -30,7 +30,7 @@ use super::method::{ContactOffset, Entry, FeltTick, METHODS, Method};
 use super::open::{self, Played};
 use super::report::{Pick, Section, csv, markdown, table};
 use super::row::{Row, Rows, quantile};
-use super::{chosen, scripted, shared_out};
+use super::{chosen, refine, scripted, shared_out};
 use crate::table::Table;
 use crate::{files, output};
 use answers::Answers;
@@ -98,10 +98,7 @@ pub(in crate::bench) fn run(asked: &Asked<'_>) -> anyhow::Result<ExitCode> {
             _ => grounds.push(Ground::new(name, asked.seconds)?),
         }
     }
-    let refined = shared_out(grounds.len(), |k| Ok(grounds[k].refined_contacts()))?;
-    for (ground, refined) in grounds.iter_mut().zip(refined) {
-        ground.refined = refined;
-    }
+    refine(&mut grounds)?;
     data::describe(asked.out)?;
     for ground in &grounds {
         data::write(asked.out, ground)?;
@@ -179,7 +176,8 @@ fn judged(ground: &Ground, contact_offset: ContactOffset, answers: Answers, rows
     if let Some(fit) = Fit::of(ground.name) {
         fit.judge(ground, contact_offset, &wrenches, rows);
     }
-    open::judge(ground, contact_offset, &Played { wrenches, ..Played::default() }, rows);
+    open::judge(ground, &wrenches, rows);
+    open::compare(ground, contact_offset, &Played { wrenches, ..Played::default() }, rows);
 }
 
 /// Returns the largest net work that the wrenches had done on the hand at any time of the motion,
@@ -236,7 +234,7 @@ fn page(grounds: &[Ground], names: &[&str], rows: &[Row]) -> String {
 /// Returns how many poses the refined truths of the scenes leave out.
 fn refined(grounds: &[Ground]) -> Table {
     let row = |ground: &Ground| {
-        let poses = ground.refined.as_ref()?;
+        let poses = &ground.refined.as_ref()?.poses;
         let left_out = poses.iter().filter(|contacts| contacts.is_none()).count();
         Some(vec![ground.name.to_owned(), poses.len().to_string(), left_out.to_string()])
     };
@@ -270,7 +268,7 @@ mod tests {
     #[test]
     fn refined_truth_is_judged() {
         let mut ground = Ground::new("rails", 1.5).expect("a built-in scene");
-        ground.refined = ground.refined_contacts();
+        ground.refined = ground.refined_truth();
         let stiffness = ground.settings.stiffness;
         let off = |turn: f64| {
             let wrench = |k: usize| {
