@@ -69,7 +69,7 @@ impl Drop for HelperThread {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A helper that panicked has nothing to tell: the loop reports what it computes.
+            // If the helper panicked, so did the loop's step, and the loop has reported it.
             let _ = thread.join();
         }
     }

@@ -15,7 +15,8 @@
 //!
 //! Each job has a mutex, but no thread ever waits for one: a job has one owner at a time. A helper
 //! that the system stops in the middle of a job stops the caller too. So helpers need the same
-//! priority as the caller.
+//! priority as the caller. If a job panics on a helper, the helper's thread ends and the caller
+//! panics too, so that it does not use the results.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -47,6 +48,23 @@ impl Drop for Finish<'_> {
     }
 }
 
+/// Ends a round when it is dropped, also if the caller panics: no further job is taken, and all
+/// jobs that helpers have taken are finished.
+struct End<'e, J>(&'e Rounds<J>);
+
+impl<J> Drop for End<'_, J> {
+    fn drop(&mut self) {
+        let Rounds { jobs, taken, finished, .. } = self.0;
+        let before = taken.fetch_add(jobs.len() as u64, Ordering::Relaxed) & NUMBER;
+        while u64::from(finished.load(Ordering::Acquire)) < before.min(jobs.len() as u64) {
+            std::hint::spin_loop();
+        }
+    }
+}
+
+/// The lower half of [`Rounds::taken`].
+const NUMBER: u64 = u32::MAX as u64;
+
 impl<J: Job> Rounds<J> {
     /// Returns the jobs, at least one, without a round under way.
     pub(crate) fn new(jobs: Vec<J>) -> Self {
@@ -75,7 +93,8 @@ impl<J: Job> Rounds<J> {
     }
 
     /// Runs each job once, with the helpers, and returns when all are finished. Jobs are taken in
-    /// the order of `rank`, the largest first. Only one thread may call this.
+    /// the order of `rank`, the largest first. Only one thread may call this. Panics if a job has
+    /// panicked on a helper.
     pub(crate) fn run(&self, rank: impl Fn(usize) -> u64) {
         // An insertion sort: the order hardly changes from round to round.
         for k in 1..self.order.len() {
@@ -94,10 +113,10 @@ impl<J: Job> Rounds<J> {
         self.finished.store(0, Ordering::Relaxed);
         let round = (self.taken.load(Ordering::Relaxed) >> 32).wrapping_add(1);
         self.taken.store(round << 32, Ordering::Release);
+        let end = End(self);
         self.help();
-        while (self.finished.load(Ordering::Acquire) as usize) < self.jobs.len() {
-            std::hint::spin_loop();
-        }
+        drop(end);
+        assert!(!self.jobs.iter().any(Mutex::is_poisoned), "a thread that helps with this step has panicked");
     }
 
     /// Runs jobs of the present round until none is left. Returns false if there was none.
@@ -110,7 +129,7 @@ impl<J: Job> Rounds<J> {
                 break;
             }
             let _finish = Finish(&self.finished);
-            let job = self.order[(taken & u64::from(u32::MAX)) as usize].load(Ordering::Relaxed);
+            let job = self.order[(taken & NUMBER) as usize].load(Ordering::Relaxed);
             lock(&self.jobs[job as usize]).run();
             helped = true;
         }
@@ -119,12 +138,14 @@ impl<J: Job> Rounds<J> {
 
     /// Returns true if jobs are left.
     fn is_open(&self, taken: u64) -> bool {
-        (taken & u64::from(u32::MAX)) < self.jobs.len() as u64
+        (taken & NUMBER) < self.jobs.len() as u64
     }
 }
 
-/// Locks a job that no other thread holds. A job that panicked keeps its data.
+/// Locks a job that no other thread holds. If it has panicked in an earlier round, it is used
+/// again: the caller knows of the panic, and clears the job's data.
 fn lock<J>(job: &Mutex<J>) -> MutexGuard<'_, J> {
+    job.clear_poison();
     job.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -188,6 +209,48 @@ mod tests {
             let order: Vec<u32> = rounds.order.iter().map(|job| job.load(Ordering::Relaxed)).collect();
             let ranks: Vec<u64> = order.iter().map(|&job| (u64::from(job) * 5 + 299) % 17).collect();
             assert!(ranks.is_sorted_by(|one, next| one >= next), "{ranks:?}");
+        }
+    }
+
+    /// Panics once, on the caller or on another thread.
+    struct Failing {
+        fails: bool,
+        on_caller: bool,
+        caller: std::thread::ThreadId,
+    }
+
+    impl Job for Failing {
+        fn run(&mut self) {
+            let is_caller = std::thread::current().id() == self.caller;
+            if self.fails && is_caller == self.on_caller {
+                self.fails = false;
+                panic!("a job that fails for the test");
+            }
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn panic_of_a_job_reaches_the_caller() {
+        let caller = std::thread::current().id();
+        for on_caller in [false, true] {
+            let fail = |_| Failing { fails: true, on_caller, caller };
+            let rounds = &Rounds::new((0..8).map(fail).collect());
+            let stop = &AtomicBool::new(false);
+            std::thread::scope(|scope| {
+                let helper = scope.spawn(move || {
+                    while !stop.load(Ordering::Relaxed) {
+                        rounds.help();
+                    }
+                });
+                let run = || std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| rounds.run(|_| 0)));
+                let first = (0..1000).map(|_| run()).find(Result::is_err);
+                assert!(first.is_some(), "no round failed: {on_caller}");
+                rounds.each(|job| job.fails = false);
+                assert!(run().is_ok(), "a later round fails too: {on_caller}");
+                stop.store(true, Ordering::Relaxed);
+                assert_eq!(helper.join().is_err(), !on_caller);
+            });
         }
     }
 
