@@ -11,7 +11,8 @@ pub enum Proof {
     Prove,
 }
 
-/// Settings of a [`ContactQuery`]. The query allocates its memory for these settings.
+/// Settings of a [`ContactQuery`](super::ContactQuery). The query allocates its memory for these
+/// settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuerySettings {
     /// Contacts are nearer than this, model units; 0 finds overlaps only.
@@ -33,7 +34,7 @@ pub struct QuerySettings {
     /// two queries.
     pub guard: bool,
     /// If true, the query keeps contacts from query to query, for pairs that a work quota leaves
-    /// out: see [`ContactQuery::run_within`].
+    /// out: see [`ContactQuery::run_within`](super::ContactQuery::run_within).
     pub holding: bool,
 }
 
