@@ -1,9 +1,10 @@
 //! Tests whether the pair of bodies is heavy (too slow) for this machine.
 //!
-//! A run without a window is tested before it begins, by a short rehearsal. The engine follows the scripted hand's path in a small part of
-//! its duration, with limited work as in the run, and the hand rests several times. A pair is heavy
-//! if most contacts are extrapolated even at rest, in at least two rests. One rest is not enough:
-//! at the first contact of two bodies, every pair of pieces has to be measured for the first time.
+//! A run without a window is tested before it begins, by a short rehearsal. The engine follows the
+//! scripted hand's path in a small part of its duration, with limited work as in the run, and the
+//! hand rests several times. A pair is heavy if most contacts are extrapolated even at rest, in at
+//! least two rests. One rest is not enough: at the first contact of two bodies, every pair of
+//! pieces has to be measured for the first time.
 
 use palpus::algebra::Twist;
 use palpus_device::DeviceState;

@@ -32,9 +32,10 @@ pub struct HelperThread {
 }
 
 impl HelperThread {
-    /// Starts a thread for `helper`, with the loop's `priority` ([`super::RealTimeOptions`]), on the
-    /// cores that the loop does not have (`claims` are those of the loop's thread). Returns `None` if the helper has nothing to
-    /// do, if the machine has fewer than four cores, or if the system starts no thread.
+    /// Starts a thread for `helper`, with the loop's `priority`
+    /// ([`RealTimeOptions`](super::RealTimeOptions)), on the cores that the loop does not have.
+    /// `claims` are those of the loop's thread. Returns `None` if the helper has nothing to do, if
+    /// the machine has fewer than four cores, or if the system starts no thread.
     ///
     /// Call this from a thread that is not pinned to a core, after the loop's thread has made its
     /// claims.

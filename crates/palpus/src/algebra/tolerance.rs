@@ -692,8 +692,8 @@ pub const DIVIDED_FROM: usize = 1_000_000;
 /// Helper threads take part in a divided query if the last query had at least this much work, in
 /// units of [`crate::algebra::Work`].
 ///
-/// It takes about 0.1 ms. Threads hand over data in about a microsecond for each part, so they would
-/// make short queries slower.
+/// This work takes about 0.1 ms. To hand over the data of a part to another thread takes about a
+/// microsecond, so helpers would make shorter queries slower.
 pub const HELPED_WORK: u64 = 1000;
 
 /// Up to this number of touching pairs, each pair is measured. If more pairs touch, a sample of

@@ -9,6 +9,7 @@ use crate::collision::{LeafPair, PlacedPair, Side};
 /// Input of a query.
 #[derive(Clone, Copy)]
 pub(super) struct Asked<'q> {
+    pub(super) settings: &'q QuerySettings,
     pub(super) a: &'q Body,
     pub(super) b: &'q Body,
     /// a placed in b's frame.
@@ -23,10 +24,10 @@ pub(super) struct Asked<'q> {
 
 impl<'q> Asked<'q> {
     /// Returns the input of a query with these settings at a pose.
-    pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, settings: &QuerySettings) -> Self {
+    pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, settings: &'q QuerySettings) -> Self {
         let QuerySettings { tolerance, contact_offset, .. } = *settings;
         let offset = contact_offset.map_or(tolerance, |offset| offset.min(tolerance));
-        Self { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance, offset }
+        Self { settings, a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance, offset }
     }
 
     /// Returns two separations: contacts are searched below the first, and press below the second.

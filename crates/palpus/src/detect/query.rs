@@ -67,7 +67,7 @@ impl ContactQuery {
     /// make contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
     pub fn run_within(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) -> &QueryCounters {
         let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);
-        self.counters = self.search.run(&asked, &self.settings, quota, clock);
+        self.counters = self.search.run(&asked, quota, clock);
         &self.counters
     }
 

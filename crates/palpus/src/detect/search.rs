@@ -119,15 +119,9 @@ impl Search {
     }
 
     /// Finds the contacts; see [`ContactQuery::run_within`](super::ContactQuery::run_within).
-    pub(super) fn run(
-        &mut self,
-        asked: &Asked<'_>,
-        settings: &QuerySettings,
-        quota: &Quota<'_>,
-        clock: &impl Clock,
-    ) -> QueryCounters {
+    pub(super) fn run(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, clock: &impl Clock) -> QueryCounters {
         let begin = clock.now_ns();
-        self.begin(asked, settings, quota);
+        self.begin(asked, quota);
         let mut counters = QueryCounters::default();
         let thin = self.sub_steps(asked, &mut counters);
         self.move_to(asked, thin);
@@ -159,7 +153,7 @@ impl Search {
 
     /// Gives each part the input of the query, its share of the quota, and what it needs from the
     /// last query. A part that did more work in the last query gets more of the quota.
-    fn begin(&mut self, asked: &Asked<'_>, settings: &QuerySettings, quota: &Quota<'_>) {
+    fn begin(&mut self, asked: &Asked<'_>, quota: &Quota<'_>) {
         let (left, count) = (quota.left(), self.costs.len() as u64);
         let total: u64 = self.costs.iter().sum();
         let mut k = 0;
@@ -167,7 +161,7 @@ impl Search {
             let share = (self.costs[k] + total / count + 1) as f64 / (2 * total + count) as f64;
             let of_part = if count == 1 { left } else { left.map(|left| (left as f64 * share) as u64) };
             part.work = Work::of(of_part);
-            part.input = (asked.pose_ba, *settings);
+            part.input = (asked.pose_ba, *asked.settings);
             part.task = Task::Descend;
             part.counters = QueryCounters::default();
             part.search.begin(&self.sample, self.rest_share, self.last_overlap.depth());
@@ -193,17 +187,18 @@ impl Search {
         }
     }
 
-    /// Joins the contacts of all parts at an intermediate pose. Returns false if all parts have
-    /// spent the quota of sub-steps.
-    pub(super) fn join_sub_step(&mut self) -> bool {
+    /// Returns true if all parts have spent the quota of sub-steps.
+    pub(super) fn are_sub_steps_spent(&self) -> bool {
+        let mut spent = true;
+        self.parts.each(|part| spent &= part.work.first_half().is_spent());
+        spent
+    }
+
+    /// Joins the contacts of all parts at an intermediate pose.
+    pub(super) fn join_sub_step(&mut self) {
         let Self { parts, contacts, capacity, .. } = self;
         contacts.clear();
-        let mut is_left = false;
-        parts.each(|part| {
-            contacts.extend(part.search.contacts.iter().take(*capacity - contacts.len()));
-            is_left |= !part.work.first_half().is_spent();
-        });
-        is_left
+        parts.each(|part| contacts.extend(part.search.contacts.iter().take(*capacity - contacts.len())));
     }
 
     /// Sets the next task. If the fronts have started again, sets the size of the sample by the

@@ -22,16 +22,15 @@ impl Search {
             return None;
         }
         counters.sub_steps = parts;
-        let mut is_left = true;
         for part in 1..parts {
-            if !is_left {
+            if self.are_sub_steps_spent() {
                 break;
             }
             let pose = between(&last, &asked.pose_ba, f64::from(part) / f64::from(parts));
             self.move_to(&asked.at(&pose), Some(thin));
             self.set(Task::SubStep { thin }, &pose);
             self.round();
-            is_left = self.join_sub_step();
+            self.join_sub_step();
             self.compare_sides();
         }
         Some(thin)

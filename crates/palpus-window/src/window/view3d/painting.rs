@@ -115,8 +115,8 @@ impl View3d {
         (drawing, marks.labels)
     }
 
-    /// Returns the part (0 to 1) of an arrow from `tail` along `way` (world) that is in the picture.
-    /// An arrow that begins outside of the picture counts as visible.
+    /// Returns the part (0 to 1) of an arrow from `tail` along `way` (world) that is in the
+    /// picture. An arrow that begins outside of the picture counts as visible.
     fn visible_part(&self, area: &Area, tail: DVec3, way: DVec3) -> f64 {
         let [Some(from), Some(to)] = [tail, tail + way].map(|end| self.seen_at(area, end)) else { return 1.0 };
         let room = area.rect.shrink(EDGE);

@@ -225,8 +225,7 @@ impl WideHull {
         }
     }
 
-    /// Returns a point of `places` that is a corner of the hull, or any corner if `places` has
-    /// none.
+    /// Returns a corner of the hull: one of `places`, or any corner if none of them is one.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())
