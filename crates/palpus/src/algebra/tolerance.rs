@@ -704,6 +704,13 @@ pub const HELPED_WORK: u64 = 1000;
 /// contacts press. A larger value costs time on close-fitting bodies.
 pub const SAMPLE_PAIRS: f64 = 160.0;
 
+/// Largest size of the sample, in pairs, also while it shrinks gradually.
+///
+/// The sample and the few pairs that press harder fit into [`SMOOTH_CONTACTS`]. With a larger
+/// value, the deepest contacts are chosen where many pairs suddenly touch; on a flat face they may
+/// all be at one side. A smaller value lets the force jump more often.
+pub const SAMPLE_MOST: f64 = 1.25 * SAMPLE_PAIRS;
+
 /// The contacts in the last part of the sample have smaller weights. This value is the size of that
 /// part, as a share of the sample.
 ///

@@ -43,9 +43,28 @@ use crate::algebra::tolerance::{CONFIRMED_EDGE_SHARE, CONFIRMED_SHARE, TOUCHING}
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
 
-/// Returns true if the contact's depth agrees with the surfaces of the solids.
-pub(super) fn depth_is_confirmed(asked: &Asked<'_>, contact: &Contact) -> bool {
-    has_depth(asked, contact, CONFIRMED_SHARE * -contact.separation, false)
+/// Returns `contact`, whose depth was moved to an admissible normal, if this depth agrees with the
+/// surfaces of the solids. `facing` is the same contact with its points on its features.
+///
+/// Two edges that share an admissible normal may lie side by side without crossing. Then the
+/// contact acts at the point that confirms the depth, or at the middle if both points confirm it.
+/// So the tip of a tool above a plate is not pushed at a distant edge of the plate.
+pub(super) fn confirmed(asked: &Asked<'_>, contact: &Contact, facing: &Contact) -> Option<Contact> {
+    let (depth, points) = (-contact.separation, on_features(asked, facing));
+    let out = depth * contact.normal;
+    let beside = points[0] + out - points[1];
+    let crossing = TOUCHING * asked.b.mesh().bounding_diagonal();
+    let mut confirming = confirming(asked, points, [&[]; 2], CONFIRMED_SHARE * depth);
+    if !are_edges(contact) || beside.length() <= crossing {
+        return confirming.any(|confirms| confirms).then_some(*contact);
+    }
+    let point_b = match [confirming.next(), confirming.next()] {
+        [Some(true), Some(true)] => points[1] + 0.5 * beside,
+        [Some(true), _] => points[1] + beside,
+        [_, Some(true)] => points[1],
+        _ => return None,
+    };
+    Some(Contact { point_a: point_b - out, point_b, ..*contact })
 }
 
 /// Checks a contact along the least depth of its pieces, ignoring the surfaces of these pieces. The
@@ -59,22 +78,29 @@ pub(super) fn least_depth_is_confirmed(asked: &Asked<'_>, contact: &Contact) -> 
     if depth <= tolerance || a.polytopes().len() == 1 && b.polytopes().len() == 1 {
         return true;
     }
-    let edges = matches!(contact.features, FeaturePair { a: Feature::Edge(_), b: Feature::Edge(_) });
-    let share = if edges { CONFIRMED_EDGE_SHARE } else { CONFIRMED_SHARE };
-    has_depth(asked, contact, share * depth, true)
+    let share = if are_edges(contact) { CONFIRMED_EDGE_SHARE } else { CONFIRMED_SHARE };
+    let own = [(a, contact.piece_a), (b, contact.piece_b)];
+    let own = own.map(|(body, piece)| body.pieces()[piece as usize].triangles());
+    confirming(asked, on_features(asked, contact), own, share * depth).any(|confirms| confirms)
 }
 
-/// Returns true if one of the contact's points is inside the other body, and at least `depth` away
-/// from its surface. With `but_of_piece`, the surface of the contact's own piece does not count.
-fn has_depth(asked: &Asked<'_>, contact: &Contact, depth: f64, but_of_piece: bool) -> bool {
+fn are_edges(contact: &Contact) -> bool {
+    matches!(contact.features, FeaturePair { a: Feature::Edge(_), b: Feature::Edge(_) })
+}
+
+/// Returns for each of a contact's points whether it is inside the other body, and at least `depth`
+/// away from its surface. The triangles `own` of each body do not count. Between two open bodies
+/// each point confirms the depth.
+fn confirming<'q>(
+    asked: &'q Asked<'_>,
+    [point_a, point_b]: [DVec3; 2],
+    [own_a, own_b]: [&'q [u32]; 2],
+    depth: f64,
+) -> impl Iterator<Item = bool> + 'q {
     let Asked { a, b, place, .. } = asked;
-    let [own_a, own_b] = [(a, contact.piece_a), (b, contact.piece_b)]
-        .map(|(body, piece)| if but_of_piece { body.pieces()[piece as usize].triangles() } else { &[] });
-    if !a.mesh().is_closed() && !b.mesh().is_closed() {
-        return true;
-    }
-    let [point_a, point_b] = on_features(asked, contact);
-    lies_within(b, own_b, point_a, depth) || lies_within(a, own_a, place.inverse_point(point_b), depth)
+    let open = !a.mesh().is_closed() && !b.mesh().is_closed();
+    let points = [(b, own_b, point_a), (a, own_a, place.inverse_point(point_b))];
+    points.into_iter().map(move |(body, own, point)| open || lies_within(body, own, point, depth))
 }
 
 /// Returns the points of the contact's features nearest to its witness points, in b's frame.

@@ -25,7 +25,24 @@ impl PartSearch {
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
-        if is_surface(asked, leaf, &closest) { Found::Admissible(at_closest(leaf, &closest)) } else { Found::Nothing }
+        if is_surface(asked, leaf, &closest) {
+            return Found::Admissible(at_closest(leaf, &closest));
+        }
+        match self.patch_slope {
+            Some(slope) => self.nearly_flush(asked, leaf, &closest, slope).map_or(Found::Nothing, Found::Admissible),
+            None => Found::Nothing,
+        }
+    }
+
+    /// Returns the contact of two pieces that are apart, if they are parts of nearly flush faces
+    /// that continue beyond the pieces.
+    fn nearly_flush(&mut self, asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: f64) -> Option<Contact> {
+        let contact = on_continued(asked, leaf, closest, slope)?;
+        let Contact { features, point_a, point_b, normal, .. } = contact;
+        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+        let touch = Touch { features, point_a, point_b, normal };
+        self.patch.find(piece_a, piece_b, &asked.place, &touch, slope, asked.tolerance);
+        (self.patch.corners().len() > 1).then_some(contact)
     }
 
     fn at_depth(
@@ -171,8 +188,43 @@ impl PartSearch {
 /// Returns true if the closest points lie on the surfaces of both meshes and their direction is a
 /// normal of both meshes there. Otherwise they belong to another pair of pieces, or are no contact.
 fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
+    admits(asked, leaf, closest) == [true; 2]
+}
+
+/// Returns for a and for b whether the closest point lies on the mesh and the direction of the
+/// closest points is a normal of the mesh there.
+fn admits(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> [bool; 2] {
     let Asked { a, b, place, .. } = asked;
     let Closest { point_a, point_b, normal, features, .. } = *closest;
-    a.admits(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal))
-        && b.admits(leaf.piece_b, features.b, point_b, normal)
+    [
+        a.admits(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal)),
+        b.admits(leaf.piece_b, features.b, point_b, normal),
+    ]
+}
+
+/// Returns the contact at the closest points of two pieces along the normal of a flat face that
+/// continues beyond one of the pieces ([`AdmissibleNormals::continued_normal`]). `None` if the
+/// other piece does not admit the direction of the closest points, or is not of such a face either.
+fn on_continued(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: f64) -> Option<Contact> {
+    let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
+    let [normals_a, normals_b] = asked.admissible_normals(leaf);
+    let along_a = || {
+        let outward = asked.place.inverse_vector(-normal);
+        Some(-asked.place.vector(normals_a.continued_normal(features.a, outward, slope)?))
+    };
+    let along_b = || normals_b.continued_normal(features.b, normal, slope);
+    let flat = match admits(asked, leaf, closest) {
+        [true, true] => return None,
+        [false, true] => along_a()?,
+        [true, false] => along_b()?,
+        [false, false] => (along_a()? + along_b()?).normalize(),
+    };
+    let separation = distance * normal.dot(flat);
+    let points = points_about(point_a.midpoint(point_b), flat, separation);
+    Some(at(leaf, features, points, flat, separation))
+}
+
+/// Returns true if a pair may have a contact.
+pub(super) fn may_touch(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: Option<f64>) -> bool {
+    is_surface(asked, leaf, closest) || slope.is_some_and(|slope| on_continued(asked, leaf, closest, slope).is_some())
 }

@@ -7,17 +7,18 @@
 use std::sync::Arc;
 
 use super::asked::{Asked, side};
-use super::confirm::{depth_is_confirmed, least_depth_is_confirmed};
+use super::confirm::{confirmed, least_depth_is_confirmed};
 use super::exact::{Placed, nearest_on_meshes, slack};
 use super::found::{Found, at_closest};
 use super::held::HeldContacts;
+use super::pair::may_touch;
 use super::prover::Prover;
 use super::sample::Sample;
 use super::{Contact, Proof, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
 use crate::algebra::{Job, Pose, Quota, Work};
 use crate::body::Body;
-use crate::collision::{Front, LeafPairs, PlacedPair, Proximity, Thickness};
+use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Thickness};
 use crate::depth::{AdmissibleScratch, DepthScratch, Patch};
 
 /// A part of a query as a job: its search, the input of the query, and its results.
@@ -148,9 +149,32 @@ impl PartSearch {
     /// Sets what the next query gets from all parts of the last query: the sample, the share of
     /// rests, and the depth of the overlap (model units).
     pub(super) fn begin(&mut self, sample: &Sample, rest_share: f64, overlap: f64) {
-        self.sample.copy(sample);
+        self.set_sample(sample, rest_share);
         self.front.set_rest_share(rest_share);
-        (self.rest_share, self.overlap) = (rest_share, overlap);
+        self.overlap = overlap;
+    }
+
+    /// Sets the sample and the share of rests for this query's measurements.
+    pub(super) fn set_sample(&mut self, sample: &Sample, rest_share: f64) {
+        self.sample.copy(sample);
+        self.rest_share = rest_share;
+    }
+
+    /// Returns the number of pairs within the tolerance.
+    pub(super) fn within(&self) -> u32 {
+        let [_, unvisited] = self.front.unvisited();
+        (self.leaves.as_slice().len() + unvisited) as u32 + self.front.represented()
+    }
+
+    /// Returns the number of these pairs that may touch: all of them, except pairs of pieces that
+    /// are apart and whose closest points are not on both surfaces.
+    pub(super) fn may_touch(&self, asked: &Asked<'_>) -> u32 {
+        let touches = |leaf: &&LeafPair| match &leaf.proximity {
+            Proximity::Disjoint(closest) => may_touch(asked, leaf, closest, self.patch_slope),
+            Proximity::Overlapping(_) => !self.front.is_inadmissible(leaf),
+        };
+        let leaves = self.leaves.as_slice();
+        self.within() - (leaves.len() - leaves.iter().filter(touches).count()) as u32
     }
 
     /// Finds the contacts of the leaf pairs, and extrapolates those that the query did not visit.
@@ -214,7 +238,9 @@ impl PartSearch {
                 Found::Admissible(contact) if least_depth_is_confirmed(asked, &contact) => {
                     self.contacts.push(contact);
                 }
-                Found::Moved(contact, facing) if depth_is_confirmed(asked, &facing) => self.contacts.push(contact),
+                Found::Moved(contact, facing) if let Some(at) = confirmed(asked, &contact, &facing) => {
+                    self.contacts.push(at);
+                }
                 Found::Admissible(contact) | Found::Moved(contact, _) => {
                     counters.rejected += 1;
                     doubtful.rejected = shallower(doubtful.rejected, contact);

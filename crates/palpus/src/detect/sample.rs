@@ -23,7 +23,8 @@ use glam::DVec3;
 
 use super::Contact;
 use crate::algebra::tolerance::{
-    SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LEAST, SAMPLE_LOADS, SAMPLE_PACE, SAMPLE_PAIRS,
+    SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LEAST, SAMPLE_LOADS, SAMPLE_MOST, SAMPLE_PACE,
+    SAMPLE_PAIRS,
 };
 use crate::algebra::{Directions, LANES};
 use crate::body::{Body, NodeKind};
@@ -149,13 +150,16 @@ impl Sample {
         self.loads.count == 0
     }
 
-    /// Step 2: sets the share for `touching` pairs in contact. If `at_once`, the bodies have
-    /// jumped, and the share does not change gradually.
+    /// Step 2: sets the share for `touching` pairs in contact. The share changes gradually, except
+    /// if `at_once`, and except that it never exceeds [`SAMPLE_MOST`] pairs.
     pub(super) fn set_touching(&mut self, touching: f64, at_once: bool) {
-        let target = Self::ALL * (SAMPLE_PAIRS / touching.max(1.0)).min(1.0);
+        let share_of = |pairs: f64| Self::ALL * (pairs / touching.max(1.0)).min(1.0);
+        let target = share_of(SAMPLE_PAIRS);
         self.share = match at_once {
             true => target,
-            false => target.clamp(self.share * (1.0 - SAMPLE_PACE), self.share * (1.0 + SAMPLE_PACE)),
+            false => target
+                .clamp(self.share * (1.0 - SAMPLE_PACE), self.share * (1.0 + SAMPLE_PACE))
+                .min(share_of(SAMPLE_MOST)),
         };
     }
 

@@ -63,6 +63,11 @@ pub(super) struct Search {
     sample: Sample,
     /// Measure of the number of touching pairs in the last query, from 0 (few) to 1 (many).
     rest_share: f64,
+    /// Number of pairs of pieces in the last query that touched, and that were within tolerance.
+    touching: u32,
+    within: u32,
+    /// True if a contact of the last query pressed.
+    pressing: bool,
     unseen_separation: f64,
     unexamined: f64,
 }
@@ -103,6 +108,9 @@ impl Search {
             holding: settings.holding,
             sample,
             rest_share: 0.0,
+            touching: 0,
+            within: 0,
+            pressing: false,
             unseen_separation: f64::INFINITY,
             unexamined: f64::INFINITY,
         }
@@ -129,12 +137,15 @@ impl Search {
             self.set(Task::Descend, &asked.pose_ba);
         }
         self.round();
-        self.begin_answers();
+        self.begin_answers(asked);
         let middle = clock.now_ns();
         self.round();
         let (doubtful, touching) = self.join(quota, &mut counters);
         self.sample.keep(&self.contacts, asked.tolerance);
-        self.update_rest_share(touching);
+        let offset = asked.range().offset;
+        self.pressing = self.contacts.iter().any(|contact| contact.separation < offset);
+        self.touching = touching;
+        self.set_touching(touching);
         self.hold_overlap(asked, &doubtful, &mut counters);
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
@@ -201,18 +212,27 @@ impl Search {
         parts.each(|part| contacts.extend(part.search.contacts.iter().take(*capacity - contacts.len())));
     }
 
-    /// Sets the next task. If the fronts have started again, sets the size of the sample by the
-    /// number of leaf pairs.
-    fn begin_answers(&mut self) {
-        let (mut restarted, mut leaves) = (false, 0);
+    /// Sets the next task. If many pairs have come within the tolerance since the last query, the
+    /// size of the sample is set before these pairs are measured: if a flat face lands on another,
+    /// a thousand pairs begin to touch in one query.
+    fn begin_answers(&mut self, asked: &Asked<'_>) {
+        let (mut restarted, mut within) = (false, 0);
         self.parts.each(|part| {
             part.task = Task::Answer;
             restarted |= part.counters.traversal.restarted > 0;
-            leaves += part.search.leaves.as_slice().len();
+            within += part.search.within();
         });
-        if self.holding && restarted {
-            self.sample.set_touching(leaves as f64, true);
-            self.parts.each(|part| part.search.sample.copy(&self.sample));
+        if restarted {
+            (self.touching, self.within, self.pressing) = (0, 0, false);
+        }
+        let most = self.touching + within.saturating_sub(self.within);
+        self.within = within;
+        if self.holding && f64::from(most) > REST_FROM {
+            let mut touching = 0;
+            self.parts.each(|part| touching += part.search.may_touch(asked));
+            self.set_touching(touching.min(most));
+            let (sample, rest_share) = (&self.sample, self.rest_share);
+            self.parts.each(|part| part.search.set_sample(sample, rest_share));
         }
     }
 
@@ -244,13 +264,13 @@ impl Search {
         (doubtful, touching)
     }
 
-    /// The number of pairs in contact determines how long pairs rest in the next query, and the
-    /// size of the sample.
-    fn update_rest_share(&mut self, touching: u32) {
+    /// Sets how long pairs rest, and the size of the sample, by the number of touching pairs. The
+    /// size changes gradually if a contact presses, and at once otherwise.
+    fn set_touching(&mut self, touching: u32) {
         if self.holding {
             let touching = f64::from(touching);
             self.rest_share = ((touching - REST_FROM) / (REST_ALL - REST_FROM)).clamp(0.0, 1.0);
-            self.sample.set_touching(touching, false);
+            self.sample.set_touching(touching, !self.pressing);
         }
     }
 

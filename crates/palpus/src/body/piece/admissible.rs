@@ -36,7 +36,7 @@ use glam::DVec3;
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, ADMISSIBLE_TRIANGLES};
 use crate::body::decompose::facet::NONE;
-use crate::body::{Feature, Mesh, Piece, Polytope, Provenance};
+use crate::body::{Edge, Feature, Mesh, Piece, Polytope, Provenance};
 
 /// The admissible normals of all pieces of a body, in flat arrays.
 #[derive(Clone, Debug, Default)]
@@ -122,16 +122,27 @@ impl Admissible {
     /// Returns true if no neighbour of mesh vertex `v` is higher than `v` along `outward`, within
     /// [`ADMISSIBLE_ANGLE`] and the noise.
     fn is_highest(&self, mesh: &Mesh, v: u32, outward: DVec3) -> bool {
-        if v == NONE {
-            return false;
-        }
-        let at = mesh.vertices()[v as usize];
+        v != NONE && self.edges(mesh, v).all(|edge| !self.rises(edge, outward))
+    }
+
+    /// Returns true if no neighbour of mesh vertex `v` is higher than `v` along `normal`, and each
+    /// neighbour that is higher along `outward` lies in the plane with this normal.
+    fn continues(&self, mesh: &Mesh, v: u32, normal: DVec3, outward: DVec3) -> bool {
+        let is_flat = |edge| !self.rises(edge, normal) && (edge.dot(outward) <= 0.0 || !self.rises(edge, -normal));
+        v != NONE && self.edges(mesh, v).all(is_flat)
+    }
+
+    /// Returns the vectors from mesh vertex `v` to its neighbours.
+    fn edges<'m>(&'m self, mesh: &'m Mesh, v: u32) -> impl Iterator<Item = DVec3> + 'm {
         let ring = &self.ring[self.ring_starts[v as usize] as usize..self.ring_starts[v as usize + 1] as usize];
-        ring.iter().all(|&w| {
-            let edge = mesh.vertices()[w as usize] - at;
-            let rise = edge.dot(outward) - self.noise;
-            rise <= 0.0 || rise * rise <= ADMISSIBLE_ANGLE * ADMISSIBLE_ANGLE * edge.length_squared()
-        })
+        ring.iter().map(move |&w| mesh.vertices()[w as usize] - mesh.vertices()[v as usize])
+    }
+
+    /// Returns true if `edge` rises along `outward` by more than [`ADMISSIBLE_ANGLE`] and the
+    /// noise.
+    fn rises(&self, edge: DVec3, outward: DVec3) -> bool {
+        let rise = edge.dot(outward) - self.noise;
+        rise > 0.0 && rise * rise > ADMISSIBLE_ANGLE * ADMISSIBLE_ANGLE * edge.length_squared()
     }
 }
 
@@ -279,6 +290,36 @@ impl<'a> AdmissibleNormals<'a> {
     /// the piece's frame and a support direction at the vertex.
     pub fn vertex_admits(&self, vertex: u32, direction: DVec3) -> bool {
         self.vertex_faces(vertex, direction) && self.all.is_highest(self.mesh, self.corners[vertex as usize], direction)
+    }
+
+    /// Returns the normal of a surface face at `feature` whose plane the mesh continues beyond the
+    /// piece, in the piece's frame. The normal differs from `outward` by less than `slope` (tangent
+    /// of the angle). `None` if there is no such face. `outward` must be a unit vector and a
+    /// support direction of the piece at the feature.
+    ///
+    /// If a flat face of the mesh belongs to several pieces, and another face lies on it with a
+    /// slight tilt, the closest points of most pieces lie at the ends of the pieces. Their
+    /// direction is not a normal of the mesh there, but the faces are nearly flush.
+    pub(crate) fn continued_normal(&self, feature: Feature, outward: DVec3, slope: f64) -> Option<DVec3> {
+        let continues = |face: u32, vertices: &[u32]| {
+            let normal = self.polytope.plane(face).normal;
+            let upright = normal.dot(outward);
+            let is_near = upright > 0.0 && (outward - normal * upright).length() < slope * upright;
+            let is_flat = is_near
+                && self.surface_face(face).is_some()
+                && vertices.iter().all(|&v| self.all.continues(self.mesh, self.corners[v as usize], normal, outward));
+            is_flat.then_some(normal)
+        };
+        match feature {
+            Feature::Edge(edge) if self.arc_at(edge).is_none() => {
+                let Edge { tail, head, left, right, .. } = self.polytope.edge(edge);
+                [left, right].into_iter().find_map(|face| continues(face, &[tail, head]))
+            }
+            Feature::Vertex(vertex) => {
+                self.polytope.ring(vertex).iter().find_map(|spoke| continues(spoke.left, &[vertex]))
+            }
+            Feature::Face(_) | Feature::Edge(_) => None,
+        }
     }
 
     /// Returns true if the normal of a surface face at the vertex has a positive component along
