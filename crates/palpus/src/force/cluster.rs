@@ -50,10 +50,14 @@ pub struct LinkageSettings {
     /// Largest opening of the cone that contains the normals of a cluster (rad, at most π). `None`:
     /// groups are never cut.
     pub split_angle: Option<f64>,
-    /// Largest number of clustered contacts. If there are more contacts, half of this number are
-    /// the deepest contacts. The other half are the deepest contacts with clearly different
-    /// normals. These contacts stop the tool when it is thrown back.
+    /// Largest number of clustered contacts. If there are more contacts and no contacts are
+    /// linked, contacts with a tilt share of 0 are left out first: contacts inside a flat face.
+    /// If there are still more contacts, half of this number are the deepest contacts. The other
+    /// half are the deepest contacts with clearly different normals, which stop the tool when it is
+    /// thrown back, and then the contacts that represent most others.
     pub most: usize,
+    /// Contacts push below this separation, m. It enters the tilt shares ([`TiltShares`]).
+    pub contact_offset: f64,
 }
 
 /// Counts of one run.
@@ -62,7 +66,7 @@ pub struct LinkageCounters {
     /// Number of contacts that are in a cluster.
     pub admitted: u32,
     /// Number of contacts left out because their number exceeded the capacity or
-    /// [`LinkageSettings::most`].
+    /// [`LinkageSettings::most`]. Contacts inside a flat face are not counted.
     pub dropped: u32,
     /// Number of contacts left out because one of their numbers was not finite.
     pub non_finite: u32,
@@ -91,6 +95,10 @@ pub struct Linkage {
     /// Memory for the corners of one patch.
     corners: Vec<Tilted>,
     tilts: TiltShares,
+    /// Contacts and their tilt shares, by contact, if contacts inside flat faces were left out.
+    kept: Vec<(u32, f64)>,
+    /// The tilt shares of the members, if contacts inside flat faces were left out.
+    shares: Vec<f64>,
     /// Label of each rank; contacts with different labels are never linked.
     labels: Vec<u32>,
     /// Union–find over ranks; the root of a component is its smallest rank.
@@ -114,11 +122,25 @@ const ELSEWHERE: f64 = 0.5;
 /// Moves the `count` deepest contacts of `order` to its front, unsorted.
 fn deepest_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
     if count < order.len() {
+        order.select_nth_unstable_by(count, |&i, &j| deeper(&contacts[i as usize], &contacts[j as usize]));
+    }
+}
+
+/// Moves the `count` contacts that represent most contacts to the front of `order`, unsorted. Of
+/// equal ones, the deeper come first. So a sample, which is spread evenly over a face, is not
+/// displaced by contacts that are hardly deeper and are all at one side.
+fn most_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
+    if count < order.len() {
         order.select_nth_unstable_by(count, |&i, &j| {
             let (first, second) = (&contacts[i as usize], &contacts[j as usize]);
-            first.separation.total_cmp(&second.separation).then_with(|| canonical(first, second))
+            second.count.total_cmp(&first.count).then_with(|| deeper(first, second))
         });
     }
+}
+
+/// Orders contacts by their separations.
+fn deeper(first: &Contact, second: &Contact) -> Ordering {
+    first.separation.total_cmp(&second.separation).then_with(|| canonical(first, second))
 }
 
 impl Linkage {
@@ -131,6 +153,8 @@ impl Linkage {
             normals: Vec::with_capacity(capacity),
             corners: Vec::with_capacity(capacity),
             tilts: TiltShares::new(capacity),
+            kept: Vec::with_capacity(capacity),
+            shares: Vec::with_capacity(capacity),
             labels: Vec::with_capacity(capacity),
             parents: Vec::with_capacity(capacity),
             cells: Vec::with_capacity(capacity),
@@ -173,6 +197,11 @@ impl Linkage {
         self.members.extend(self.ranks.iter().map(|&rank| self.order[rank as usize]));
         self.directions.clear();
         self.directions.extend(self.ranks.iter().map(|&rank| self.normals[rank as usize]));
+        self.shares.clear();
+        if !self.kept.is_empty() {
+            let share = |i: &u32| self.kept.binary_search_by_key(i, |kept| kept.0).map_or(0.0, |k| self.kept[k].1);
+            self.shares.extend(self.members.iter().map(share));
+        }
         debug_assert_eq!(self.validate(settings), Ok(()));
         counters
     }
@@ -204,6 +233,12 @@ impl Linkage {
         &self.directions
     }
 
+    /// Returns the tilt shares of the members, parallel to [`Self::members`], if contacts inside
+    /// flat faces were left out; otherwise an empty list.
+    pub fn tilt_shares(&self) -> &[f64] {
+        &self.shares
+    }
+
     /// Step 1. Collects at most twice the capacity of contacts. When the list is full, keeps the
     /// deepest half, so the work stays linear.
     fn admit(&mut self, contacts: &[Contact], settings: &LinkageSettings) -> LinkageCounters {
@@ -221,6 +256,9 @@ impl Linkage {
             }
         }
         self.keep_deepest(contacts);
+        let admitted = self.order.len();
+        self.leave_inner(contacts, settings);
+        counters.admitted -= (admitted - self.order.len()) as u32;
         self.seat(contacts, settings.most);
         counters.dropped = counters.admitted - self.order.len() as u32;
         counters.admitted = self.order.len() as u32;
@@ -230,6 +268,27 @@ impl Linkage {
     fn keep_deepest(&mut self, contacts: &[Contact]) {
         deepest_first(&mut self.order, self.capacity, contacts);
         self.order.truncate(self.capacity);
+    }
+
+    /// Leaves out contacts inside flat faces if there are more than [`LinkageSettings::most`].
+    /// They bear no load, but among many equally deep contacts they would be chosen before the
+    /// rim. The tilt shares of the other contacts are kept, because without the left out contacts
+    /// they would differ.
+    fn leave_inner(&mut self, contacts: &[Contact], settings: &LinkageSettings) {
+        self.kept.clear();
+        if self.order.len() <= settings.most || settings.radius > 0.0 {
+            return;
+        }
+        // The corners of a patch must be adjacent.
+        self.order.sort_unstable_by(|&i, &j| canonical(&contacts[i as usize], &contacts[j as usize]));
+        self.corners.clear();
+        let corner = |&i: &u32| Tilted::of(&contacts[i as usize], settings.contact_offset);
+        self.corners.extend(self.order.iter().map(corner));
+        let shares = self.tilts.run(&self.corners);
+        self.kept.extend(self.order.iter().zip(shares).map(|(&i, &share)| (i, share)).filter(|kept| kept.1 > 0.0));
+        self.order.clear();
+        self.order.extend(self.kept.iter().map(|kept| kept.0));
+        self.kept.sort_unstable_by_key(|kept| kept.0);
     }
 
     /// Reduces the number of contacts to `most`.
@@ -253,7 +312,7 @@ impl Linkage {
         let seats = most - half;
         deepest_first(&mut others[..turned], seats, contacts);
         if turned < seats {
-            deepest_first(&mut others[turned..], seats - turned, contacts);
+            most_first(&mut others[turned..], seats - turned, contacts);
         }
         self.order.truncate(most);
     }

@@ -10,8 +10,13 @@ use crate::detect::Contact;
 const SEED: u64 = 0x0C1A_57E2;
 const TOLERANCE: f64 = 1e-3;
 const RADIUS: f64 = 4e-3;
-const PAPER: LinkageSettings =
-    LinkageSettings { tolerance: TOLERANCE, radius: RADIUS, split_angle: None, most: usize::MAX };
+const PAPER: LinkageSettings = LinkageSettings {
+    tolerance: TOLERANCE,
+    radius: RADIUS,
+    split_angle: None,
+    most: usize::MAX,
+    contact_offset: TOLERANCE,
+};
 const CUT: LinkageSettings = LinkageSettings { split_angle: Some(2.269), ..PAPER };
 
 /// Finds the components of eq. 2 by repeated relabelling: each contact within the tolerance gets

@@ -152,7 +152,7 @@ pub fn force(
 /// Computes the weights of members in their clusters. With smooth clustering, also computes the
 /// load shares.
 fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
-    let Scratch { tilted, sharing, tilts, .. } = scratch;
+    let Scratch { linkage, tilted, sharing, tilts, .. } = scratch;
     let (contact_offset, tolerance) = (settings.contact_offset(), settings.contact_tolerance);
     let members = forces.members.iter().map(|&i| &contacts[i as usize]);
     tilted.clear();
@@ -162,7 +162,7 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, force
                 let engagement = (contact_offset - contact.separation).max(0.0);
                 Tilted { direction, engagement, ..Tilted::unloaded(contact) }
             }));
-            sharing.run(tilted, AHEAD * contact_offset);
+            sharing.run(tilted, linkage.tilt_shares(), AHEAD * contact_offset);
             forces.weights.extend(tilted.iter().map(|corner| tolerance - corner.separation));
         }
         Clustering::Linkage => {

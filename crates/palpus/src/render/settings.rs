@@ -230,7 +230,8 @@ impl Settings {
             // With radius 0, every contact is a separate cluster.
             Clustering::Smooth => (0.0, SMOOTH_CONTACTS),
         };
-        LinkageSettings { tolerance: self.contact_tolerance, radius, split_angle: self.split_angle, most }
+        let (tolerance, contact_offset) = (self.contact_tolerance, self.contact_offset());
+        LinkageSettings { tolerance, radius, split_angle: self.split_angle, most, contact_offset }
     }
 
     /// Returns the separation below which contacts push, m.

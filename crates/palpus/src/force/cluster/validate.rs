@@ -93,7 +93,7 @@ mod tests {
 
     const SEED: u64 = 0xc105_fa17;
     const SETTINGS: LinkageSettings =
-        LinkageSettings { tolerance: 1e-3, radius: 4e-3, split_angle: Some(2.0), most: 256 };
+        LinkageSettings { tolerance: 1e-3, radius: 4e-3, split_angle: Some(2.0), most: 256, contact_offset: 1e-3 };
 
     fn contacts(random: &mut Random) -> Vec<Contact> {
         let one = |random: &mut Random, k: u32| {
