@@ -12,6 +12,9 @@ pub(super) enum Found {
     Nothing,
     /// A contact along the direction of least distance or depth.
     Admissible(Contact),
+    /// The pieces are apart and belong to nearly flush faces that continue beyond them: a contact
+    /// along the normal of such a face.
+    NearlyFlush(Contact),
     /// A contact along the least depth among the shared normals of the pieces. The second value is
     /// this contact with its points on its features, for the check of its depth.
     Moved(Contact, Contact),

@@ -170,9 +170,10 @@ impl PartSearch {
     fn answer_unheld(&mut self, asked: &Asked<'_>, leaf: &LeafPair, left: usize, counters: &mut QueryCounters) {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
             let known = self.contacts.len();
-            if let Found::Admissible(contact) = self.contact(asked, leaf, counters) {
+            let found = self.contact(asked, leaf, counters);
+            if let Found::Admissible(contact) | Found::NearlyFlush(contact) = found {
                 self.contacts.push(contact);
-                self.keep(asked, leaf, known, left, counters);
+                self.keep(asked, leaf, [known, left], matches!(found, Found::NearlyFlush(_)), counters);
             }
             return;
         };

@@ -28,21 +28,8 @@ impl PartSearch {
         if is_surface(asked, leaf, &closest) {
             return Found::Admissible(at_closest(leaf, &closest));
         }
-        match self.patch_slope {
-            Some(slope) => self.nearly_flush(asked, leaf, &closest, slope).map_or(Found::Nothing, Found::Admissible),
-            None => Found::Nothing,
-        }
-    }
-
-    /// Returns the contact of two pieces that are apart, if they are parts of nearly flush faces
-    /// that continue beyond the pieces.
-    fn nearly_flush(&mut self, asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: f64) -> Option<Contact> {
-        let contact = on_continued(asked, leaf, closest, slope)?;
-        let Contact { features, point_a, point_b, normal, .. } = contact;
-        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
-        let touch = Touch { features, point_a, point_b, normal };
-        self.patch.find(piece_a, piece_b, &asked.place, &touch, slope, asked.tolerance);
-        (self.patch.corners().len() > 1).then_some(contact)
+        let continued = |slope| on_continued(asked, leaf, &closest, slope);
+        self.patch_slope.and_then(continued).map_or(Found::Nothing, Found::NearlyFlush)
     }
 
     fn at_depth(
@@ -138,13 +125,13 @@ impl PartSearch {
     /// Adds the other corners of a leaf pair's new contact, which is at index `known`. Stores all
     /// these contacts for ticks in which the quota is spent. Leaves room for one contact of each of
     /// the `left` remaining leaf pairs, so that corners of one pair do not displace another pair's
-    /// contact.
+    /// contact. A contact that exists only because faces are `nearly_flush` needs a patch.
     pub(super) fn keep(
         &mut self,
         asked: &Asked<'_>,
         leaf: &LeafPair,
-        known: usize,
-        left: usize,
+        [known, left]: [usize; 2],
+        nearly_flush: bool,
         counters: &mut QueryCounters,
     ) {
         debug_assert!(self.contacts.len() + left <= self.capacity);
@@ -155,7 +142,10 @@ impl PartSearch {
             let room = self.capacity - known - left;
             // Many contacts together describe the surface as well as the corners of each contact
             // would.
-            self.spread(asked, &contact, slope * (1.0 - self.rest_share), room, counters);
+            let has_patch = self.spread(asked, &contact, slope * (1.0 - self.rest_share), room, counters);
+            if nearly_flush && !has_patch {
+                self.contacts.truncate(known);
+            }
         }
         if let Some(place) = leaf.place {
             self.held.keep(place, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
@@ -165,8 +155,15 @@ impl PartSearch {
 
 impl PartSearch {
     /// Replaces the last contact, `contact`, by the corners of its patch if there are at most
-    /// `room` corners.
-    fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, slope: f64, room: usize, counters: &mut QueryCounters) {
+    /// `room` corners. Returns true if the patch has several corners.
+    fn spread(
+        &mut self,
+        asked: &Asked<'_>,
+        contact: &Contact,
+        slope: f64,
+        room: usize,
+        counters: &mut QueryCounters,
+    ) -> bool {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
         let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
@@ -174,7 +171,7 @@ impl PartSearch {
         counters.patches += 1;
         let corners = self.patch.corners();
         if corners.len() > room {
-            return;
+            return true;
         }
         self.contacts.pop();
         self.contacts.extend(corners.iter().map(|corner| {
@@ -182,6 +179,7 @@ impl PartSearch {
             Contact { features: corner.features, point_a, point_b, separation: corner.separation, slope, ..*contact }
         }));
         counters.corners += (corners.len() - 1) as u32;
+        corners.len() > 1
     }
 }
 

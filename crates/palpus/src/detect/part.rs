@@ -233,8 +233,13 @@ impl PartSearch {
             let known = self.contacts.len();
             let before = counters.work();
             let foretold = if rests { self.foretell(asked, &leaf) } else { None };
+            let mut nearly_flush = false;
             match self.contact(asked, &leaf, counters) {
                 Found::Nothing => counters.virtual_closest += 1,
+                Found::NearlyFlush(contact) => {
+                    nearly_flush = true;
+                    self.contacts.push(contact);
+                }
                 Found::Admissible(contact) if least_depth_is_confirmed(asked, &contact) => {
                     self.contacts.push(contact);
                 }
@@ -257,7 +262,7 @@ impl PartSearch {
             }
             self.sample.weigh(&mut self.contacts[known..], &asked.range());
             self.touching += u32::from(self.contacts.len() > known);
-            self.keep(asked, &leaf, known, count - k - 1, counters);
+            self.keep(asked, &leaf, [known, count - k - 1], nearly_flush, counters);
             if rests {
                 self.rest(asked, &leaf, known, foretold);
             }
@@ -275,7 +280,7 @@ impl PartSearch {
             Some(leaf) => match self.contact(asked, &leaf, counters) {
                 Found::Admissible(contact) | Found::Moved(contact, _) => Some(contact),
                 Found::Inadmissible(contact) => contact,
-                Found::Nothing => None,
+                Found::NearlyFlush(_) | Found::Nothing => None,
             },
             None => {
                 let apart = self.leaves.as_slice().iter().filter_map(|leaf| match leaf.proximity {

@@ -72,6 +72,10 @@ pub(super) struct Search {
     unexamined: f64,
 }
 
+/// If more than this share of the pairs within the tolerance are new, the size of the sample is set
+/// before they are measured.
+const NEW_PAIRS: f64 = 0.1;
+
 /// Capacity of the front, in node pairs. A spoon in a cup has hundreds, two scans of 30 000
 /// triangles have some thousands, and a nut on its thread has some ten thousands.
 const NODE_PAIRS: usize = 1 << 17;
@@ -225,9 +229,10 @@ impl Search {
         if restarted {
             (self.touching, self.within, self.pressing) = (0, 0, false);
         }
-        let most = self.touching + within.saturating_sub(self.within);
+        let new = within.saturating_sub(self.within);
+        let most = self.touching + new;
         self.within = within;
-        if self.holding && f64::from(most) > REST_FROM {
+        if self.holding && f64::from(new) > NEW_PAIRS * f64::from(within) && f64::from(most) > REST_FROM {
             let mut touching = 0;
             self.parts.each(|part| touching += part.search.may_touch(asked));
             self.set_touching(touching.min(most));
