@@ -68,7 +68,6 @@ use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
 use pair::{NONE, Pair, State};
-use point_bound::PointBound;
 pub(crate) use represented::Represented;
 use rest::Rest;
 
@@ -82,7 +81,8 @@ pub struct Front {
     pairs: Vec<Pair>,
     memories: Vec<WarmStart>,
     rests: Vec<Rest>,
-    point_bounds: Vec<PointBound>,
+    /// For each two halves: they are not merged until the motion bound's sum reaches this.
+    retries: Vec<u64>,
     wakes: WakeBoard,
     motion_bound: MotionBound,
     /// Thicknesses of a and of b.
@@ -158,7 +158,7 @@ impl Front {
             pairs: vec![Pair::of(0, 0, NONE); places],
             memories: vec![WarmStart::BLANK; places],
             rests: vec![Rest::NONE; places],
-            point_bounds: vec![PointBound::NONE; places],
+            retries: vec![0; places / 2],
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
             thickness: thickness.clone(),
@@ -365,6 +365,7 @@ impl Front {
     /// root if `parent` is `NONE`.
     fn occupy(&mut self, place: u32, [a, b]: [u32; 2], parent: u32) {
         self.pairs[place as usize] = Pair::of(a, b, parent);
+        self.retries[place as usize / 2] = 0;
         self.thinnest_at[place as usize] = self.thickness[0].of_node(a).min(self.thickness[1].of_node(b));
         let block = place as usize / BLOCK;
         let thicknesses = self.thinnest_at[block * BLOCK..][..BLOCK].iter().copied();
@@ -397,7 +398,6 @@ impl Front {
         let answer = march(polytope_a, polytope_b, query.pose_ba, start);
         if !pair.known {
             *memory = WarmStart::BLANK;
-            self.point_bounds[place as usize] = PointBound::NONE;
             pair.known = true;
         }
         memory.features = answer.features;

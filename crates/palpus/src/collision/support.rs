@@ -18,6 +18,7 @@ pub(crate) fn support_gap(
     normal: DVec3,
     hub: [u32; 2],
 ) -> (f64, [u32; 2]) {
-    let hub = [a.support_from(hub[0], -pose_ba.inverse_vector(normal)), b.support_from(hub[1], normal)];
-    (normal.dot(pose_ba.point(a.vertex(hub[0])) - b.vertex(hub[1])), hub)
+    let (vertex_a, point_a) = a.support_point_from(hub[0], -pose_ba.inverse_vector(normal));
+    let (vertex_b, point_b) = b.support_point_from(hub[1], normal);
+    (normal.dot(pose_ba.point(point_a) - point_b), [vertex_a, vertex_b])
 }

@@ -88,6 +88,19 @@ impl Directory {
         }
     }
 
+    /// As [`Self::scan`], with the position of the vertex.
+    #[inline]
+    pub(in crate::body) fn scan_point(&self, direction: DVec3) -> Option<(u32, DVec3)> {
+        match self {
+            Self::Scan(fours) => {
+                let v = farthest(fours, direction);
+                let (four, k) = (&fours[v as usize / 4], v as usize % 4);
+                Some((v, DVec3::new(four.x[k], four.y[k], four.z[k])))
+            }
+            Self::Map { .. } => None,
+        }
+    }
+
     /// Returns the support vertex along `direction` or a vertex near it. `direction` need not have
     /// unit length.
     #[inline]

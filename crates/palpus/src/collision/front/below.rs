@@ -97,7 +97,7 @@ impl Front {
         let Pair { a, b, state, .. } = self.pairs[place as usize];
         let wake = self.wakes.get(place);
         let bound = match state {
-            State::Split(_) => return None,
+            State::Split => return None,
             State::Awake | State::Represented | State::Unsplit => 0.0,
             // This half was merged with the other half.
             State::Waiting if wake == NEVER => return None,

@@ -20,6 +20,19 @@ const DUE: usize = 64;
 /// little work that slides along the wall of a hole would overlap by 0.3 mm instead of 0.07 mm.
 const RESUMED: usize = 4;
 
+/// Bounds of a pair that are computed before the pair is measured.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    /// The stored bound, model units; minus infinity if nothing is stored.
+    point: f64,
+    /// The gap between the spheres around both nodes, model units. `None` if it is not computed.
+    spheres: Option<f64>,
+}
+
+impl Known {
+    const NOTHING: Self = Self { point: f64::NEG_INFINITY, spheres: None };
+}
+
 /// Result of measuring a pair.
 enum Measured {
     /// The pair is at least this far apart, and not nearer than the tolerance.
@@ -70,15 +83,10 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) -> Option<usize> {
-        // The places are far apart in memory. The reads of this loop do not depend on each other,
-        // so the processor waits for several of them at a time.
-        let mut gaps = [f64::NEG_INFINITY; DUE];
-        for (gap, &place) in gaps.iter_mut().zip(due) {
-            *gap = self.stored_gap(query, place);
-        }
-        for (k, (&place, &gap)) in due.iter().zip(&gaps).enumerate() {
+        let known = self.bounds(query, due);
+        for (k, (&place, &known)) in due.iter().zip(&known).enumerate() {
             let block = place as usize / BLOCK;
-            let late = self.is_wanted(query, place) && self.wake(query, place, gap, quota, found, counters);
+            let late = self.is_wanted(query, place) && self.wake(query, place, known, quota, found, counters);
             if late || due.get(k + 1).is_none_or(|&next| next as usize / BLOCK != block) {
                 self.wakes.settle(block);
             }
@@ -89,13 +97,38 @@ impl Front {
         None
     }
 
-    /// Does step 2 for one pair with the stored bound `gap`, and for the halves into which it is
+    /// Computes the cheapest bounds of the pairs `due`. Their places are far apart in memory. The
+    /// reads of each loop do not depend on each other, so the processor waits for several of them
+    /// at a time. The first loop does little else, so it waits for the most.
+    fn bounds(&self, query: &PlacedPair<'_>, due: &[u32]) -> [Known; DUE] {
+        let mut known = [Known::NOTHING; DUE];
+        let mut measured = [None; DUE];
+        for (nodes, &place) in measured.iter_mut().zip(due) {
+            let Pair { a, b, state, .. } = self.pairs[place as usize];
+            // A represented pair is seldom measured.
+            *nodes = (state != State::Represented).then_some([a, b]);
+        }
+        for (known, &place) in known.iter_mut().zip(due) {
+            known.point = self.stored_gap(query, place);
+        }
+        for (known, nodes) in known.iter_mut().zip(measured) {
+            if let Some([a, b]) = nodes
+                && known.point <= query.tolerance
+            {
+                let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
+                known.spheres = Some(sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba));
+            }
+        }
+        known
+    }
+
+    /// Does step 2 for one pair with the bounds `known`, and for the halves into which it is
     /// split. Returns true if the quota is spent.
     fn wake(
         &mut self,
         query: &PlacedPair<'_>,
         place: u32,
-        mut gap: f64,
+        mut known: Known,
         quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
@@ -104,11 +137,11 @@ impl Front {
         let mut late = false;
         self.stack.push(place);
         while !late && let Some(place) = self.stack.pop() {
-            // Halves have no stored bound yet.
-            let gap = std::mem::replace(&mut gap, f64::NEG_INFINITY);
+            // Halves have no bounds yet.
+            let known = std::mem::replace(&mut known, Known::NOTHING);
             if self.is_wanted(query, place) {
                 let before = counters.work();
-                self.look(query, place, gap, found, counters);
+                self.look(query, place, known, found, counters);
                 quota.spend(counters.work() - before);
                 late = quota.is_spent();
             }
@@ -118,16 +151,17 @@ impl Front {
         late
     }
 
-    /// Measures a pair with the stored bound `gap`, and sets its new state. If the pair is split,
+    /// Measures a pair with the bounds `known`, and sets its new state. If the pair is split,
     /// its halves are put onto the stack.
     fn look(
         &mut self,
         query: &PlacedPair<'_>,
         place: u32,
-        mut gap: f64,
+        known: Known,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
+        let mut gap = known.point;
         if self.pairs[place as usize].state == State::Represented {
             match self.no_longer_represented(query, place, gap, counters) {
                 Some(bound) => gap = bound,
@@ -140,7 +174,7 @@ impl Front {
             self.merge(query, place, counters);
             return;
         }
-        match self.measure(query, place, counters) {
+        match self.measure(query, place, known.spheres, counters) {
             Measured::Apart(distance) => {
                 self.postpone(query, place, distance);
                 self.merge(query, place, counters);
@@ -166,11 +200,17 @@ impl Front {
     /// Returns the pair's distance, or a lower bound of it that lets the pair wait for a while. The
     /// cheapest bound is tried first. It is accepted if it allows a sufficiently long wait;
     /// otherwise the next bound is tried.
-    fn measure(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
+    fn measure(
+        &mut self,
+        query: &PlacedPair<'_>,
+        place: u32,
+        spheres: Option<f64>,
+        counters: &mut TraversalCounters,
+    ) -> Measured {
         counters.node_pairs += 1;
         let Pair { a, b, .. } = self.pairs[place as usize];
         let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
-        let gap = sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba);
+        let gap = spheres.unwrap_or_else(|| sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba));
         if gap > query.tolerance + SPHERE_WAIT * self.pace {
             return Measured::Apart(gap);
         }
@@ -226,7 +266,8 @@ impl Front {
             self.wakes.set(place, wake);
             self.stack.push(place);
         }
-        self.pairs[place as usize].state = State::Split(first);
+        let pair = &mut self.pairs[place as usize];
+        (pair.state, pair.first) = (State::Split, first);
         self.wakes.set(place, NEVER);
         true
     }

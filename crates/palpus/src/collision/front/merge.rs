@@ -26,7 +26,7 @@ impl Front {
                 return;
             }
             let first = place & !1;
-            if self.pairs[first as usize].retry > self.motion_bound.sum() {
+            if self.retries[first as usize / 2] > self.motion_bound.sum() {
                 return;
             }
             let Pair { a, b, .. } = self.pairs[parent as usize];
@@ -34,7 +34,7 @@ impl Front {
             let enough = query.tolerance + long;
             let gap = query.bound([a, b], enough);
             if gap <= enough {
-                self.pairs[first as usize].retry = self.motion_bound.due((enough - gap).max(MERGE_RETRY * long));
+                self.retries[first as usize / 2] = self.motion_bound.due((enough - gap).max(MERGE_RETRY * long));
                 return;
             }
             counters.merged += 1;
@@ -47,6 +47,9 @@ impl Front {
     }
 
     fn waits_until(&self, place: u32, sum: u64) -> bool {
-        self.pairs[place as usize].state == State::Waiting && self.wakes.get(place) >= sum
+        // The wake value is near the values just read. The pair is not, and a pair that is split or
+        // awake is never due.
+        let wake = self.wakes.get(place);
+        wake >= sum && wake != NEVER && self.pairs[place as usize].state == State::Waiting
     }
 }

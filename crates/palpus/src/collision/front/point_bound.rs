@@ -48,20 +48,14 @@ impl Front {
         let size = at.length() + sphere.radius;
         let base = gap - normal.as_dvec3().dot(at) - POINT_BOUND_ROUNDING * size;
         let radius = (sphere.radius + center.as_dvec3().distance(sphere.center)) as f32 * (1.0 + f32::EPSILON);
-        self.point_bounds[place as usize] = PointBound { normal, normal_in_a, center, base: base as f32, radius };
+        self.pairs[place as usize].bound = PointBound { normal, normal_in_a, center, base: base as f32, radius };
     }
 
     /// Returns a lower bound of the pair's gap at the query's pose, model units; minus infinity if
     /// nothing is stored.
     #[inline]
     pub(super) fn stored_gap(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
-        if self.pairs[place as usize].known { self.least_gap(query, place) } else { f64::NEG_INFINITY }
-    }
-
-    /// Returns the same as [`Self::stored_gap`], for a pair with stored results.
-    #[inline]
-    fn least_gap(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
-        let PointBound { normal, normal_in_a, center, base, radius } = self.point_bounds[place as usize];
+        let PointBound { normal, normal_in_a, center, base, radius } = self.pairs[place as usize].bound;
         let normal = normal.as_dvec3();
         let along = normal.dot(query.pose_ba.point(center.as_dvec3()));
         let turned = query.pose_ba.inverse_vector(normal).distance(normal_in_a.as_dvec3());
@@ -102,7 +96,7 @@ mod tests {
                 let turn = DQuat::from_scaled_axis(random.vector() * 0.02);
                 pose = Pose::new(turn * pose.rotation, pose.translation + random.vector() * 0.05);
                 front.motion_bound.advance(&pose.placement());
-                let bound = front.least_gap(&PlacedPair::new(side, side, &pose.placement(), 0.0), 0);
+                let bound = front.stored_gap(&PlacedPair::new(side, side, &pose.placement(), 0.0), 0);
                 let true_gap = gap(&pose);
                 assert!(bound <= true_gap, "seed {SEED:#x}, round {round}: {bound} > {true_gap}");
                 assert!(bound > true_gap - 1.0, "seed {SEED:#x}, round {round}: {bound} is useless");

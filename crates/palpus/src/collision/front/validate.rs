@@ -80,7 +80,11 @@ impl Front {
         match place {
             0 => true,
             1 => false,
-            _ => parent < self.fresh && self.pairs[parent as usize].state == State::Split(place & !1),
+            _ if parent >= self.fresh => false,
+            _ => {
+                let Pair { state, first, .. } = self.pairs[parent as usize];
+                state == State::Split && first == place & !1
+            }
         }
     }
 
@@ -110,9 +114,9 @@ impl Front {
             // A place outside the tree must never be due.
             return if self.wakes.get(place) == NEVER { Ok(()) } else { Err(FrontFault::Wake(place)) };
         }
-        let Pair { a, b, state, .. } = self.pairs[place as usize];
+        let Pair { a, b, state, first, .. } = self.pairs[place as usize];
         let is_due_at_times = match state {
-            State::Split(first) => {
+            State::Split => {
                 let whole = first & 1 == 0 && first + 1 < self.fresh;
                 let same = |half: [u32; 2], at: u32| {
                     let Pair { a, b, parent, .. } = self.pairs[at as usize];
@@ -257,7 +261,7 @@ mod tests {
         let mut counts = [0; 4];
         // If a pair is stored before its parent, changing it would break another invariant first.
         let follows = |place: u32| place > 0 && front.pairs[place as usize].parent < place;
-        if let Some(place) = pick(&|place| follows(place) && !matches!(state(place), State::Split(_))) {
+        if let Some(place) = pick(&|place| follows(place) && state(place) != State::Split) {
             let torn = fault(&|front| front.pairs[place as usize].a ^= 1);
             assert!(matches!(torn, FrontFault::Halves(_)), "{what}: {torn}");
             let silent = fault(&|front| {
@@ -280,7 +284,7 @@ mod tests {
             assert!(matches!(late_wake, FrontFault::LateWake { .. }), "{what}: {late_wake}");
             counts[2] += 1;
         }
-        if let Some(place) = pick(&|place| matches!(state(place), State::Split(_))) {
+        if let Some(place) = pick(&|place| state(place) == State::Split) {
             let lost = fault(&|front| front.pairs[place as usize].state = State::Waiting);
             assert!(matches!(lost, FrontFault::Places(_)), "{what}: {lost}");
             counts[3] += 1;
