@@ -17,8 +17,10 @@ use super::theme::small;
 const WIDTH: f32 = 740.0;
 /// Smallest difference between the size of the window and the size of the dialog, points.
 const MARGIN: f32 = 70.0;
-/// Largest height of the list of scenes, points.
-const SCENES_HEIGHT: f32 = 230.0;
+/// Smallest height of the list of scenes, points.
+const SCENES_HEIGHT: f32 = 160.0;
+/// Height of the dialog without the list of scenes, points.
+const ABOVE_SCENES: f32 = 320.0;
 /// Width of the column of names.
 const SCENE_NAME: f32 = 120.0;
 /// Number of recent files in the dialog.
@@ -73,7 +75,7 @@ impl Opening {
                 if !self.scenes.is_empty() {
                     ui.add_space(8.0);
                     ui.label(RichText::new("Built-in scenes").strong());
-                    self.built_in(ui, &mut wanted);
+                    self.built_in(ui, (room.y - ABOVE_SCENES).max(SCENES_HEIGHT), &mut wanted);
                 }
             });
         });
@@ -126,8 +128,9 @@ impl Opening {
         }
     }
 
-    fn built_in(&self, ui: &mut Ui, wanted: &mut Option<Wanted>) {
-        ScrollArea::vertical().max_height(SCENES_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+    /// Lists the built-in scenes, in at most `height` points.
+    fn built_in(&self, ui: &mut Ui, height: f32, wanted: &mut Option<Wanted>) {
+        ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
             let wide = ui.available_width() - SCENE_NAME;
             egui::Grid::new("scenes").num_columns(2).spacing([10.0, 5.0]).max_col_width(wide).show(ui, |ui| {
                 for (name, summary) in &self.scenes {
