@@ -42,12 +42,21 @@ const ZOOM: f32 = 0.0025;
 const KEY_TURN: f32 = 1.2;
 /// Rate of the zoom exponent while a key is held, 1/s.
 const KEY_ZOOM: f32 = 1.0;
+/// Zoom of one step that moves the camera back, and the largest number of steps.
+const BACK: f64 = 0.97;
+const MOST_BACK: u32 = 12;
+/// Largest number of a body's vertices or triangles that are examined for its place in the window.
+const MOST_EXAMINED: usize = 500;
+/// Number of parts into which the side of a triangle is divided.
+const ALONG: u32 = 16;
 /// Longest time for which a key acts in one frame, s.
 const LONGEST_FRAME: f32 = 0.1;
 /// See the module's outline.
 pub(super) struct View3d {
     camera: Camera,
     framed: bool,
+    /// True if the camera was moved to show everything, in this frame.
+    is_new: bool,
     /// True if the user has moved the camera.
     is_users: bool,
     /// True if the next framing keeps the contents of the last framing.
@@ -116,6 +125,7 @@ impl View3d {
         Ok(Self {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
+            is_new: false,
             is_users: false,
             widens: false,
             corners: Vec::new(),
@@ -178,6 +188,41 @@ impl View3d {
         if self.framed && !self.is_users && scene.corners().any(is_out) {
             self.widen();
         }
+    }
+
+    /// After a new framing, moves the camera back until no body is below the `plate`.
+    pub(super) fn keep_clear(&mut self, area: &Area, scene: &Scene, plate: Rect) {
+        if !std::mem::take(&mut self.is_new) {
+            return;
+        }
+        for _ in 0..MOST_BACK {
+            if !scene.bodies.iter().any(|body| self.is_below(area, body, plate)) {
+                return;
+            }
+            self.camera.zoom(BACK);
+        }
+    }
+
+    /// True if a side of the body's triangles is visible in this rectangle. Of large bodies, only
+    /// some triangles are examined.
+    fn is_below(&self, area: &Area, body: &ShownBody, rect: Rect) -> bool {
+        let triangles = &body.solid.triangles;
+        let seen = |v: u32| self.seen_at(area, body.pose.point(body.solid.vertices[v as usize]));
+        let crosses = |from: u32, to: u32| {
+            let (Some(from), Some(to)) = (seen(from), seen(to)) else { return false };
+            (0..=ALONG).any(|k| rect.contains(from.lerp(to, k as f32 / ALONG as f32)))
+        };
+        let mut some = triangles.iter().step_by(1 + triangles.len() / MOST_EXAMINED);
+        some.any(|[a, b, c]| crosses(*a, *b) || crosses(*b, *c) || crosses(*c, *a))
+    }
+
+    /// Returns the rectangle around a body in the window. Of large bodies, only some vertices are
+    /// examined.
+    pub(super) fn bounds(&self, area: &Area, body: &ShownBody) -> Rect {
+        let vertices = &body.solid.vertices;
+        let some = vertices.iter().step_by(1 + vertices.len() / MOST_EXAMINED);
+        let seen = some.filter_map(|vertex| self.seen_at(area, body.pose.point(*vertex)));
+        seen.fold(Rect::NOTHING, |bounds, at| bounds.union(Rect::from_min_max(at, at)))
     }
 
     /// Carries out an action of every window on the view, its scene and its style. The window
@@ -254,7 +299,7 @@ impl View3d {
             self.corners.extend(scene.corners());
             self.camera.frame(self.corners.iter().copied(), area.aspect());
             self.ground = Ground::below(scene);
-            (self.framed, self.widens) = (true, false);
+            (self.framed, self.widens, self.is_new) = (true, false, true);
         }
         area
     }
