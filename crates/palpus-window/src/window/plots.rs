@@ -108,14 +108,19 @@ impl Seen<'_> {
         let painter = ui.painter_at(field);
         painter.rect_filled(field, 3.0, ui.visuals().faint_bg_color);
         let width = field.width().max(1.0) as usize;
+        let mut top = field.top();
         match chart.kind {
-            Kind::Spectrum if chart.has_spectrum => self.spectra(&painter, field, width, chart),
+            Kind::Spectrum if chart.has_spectrum => {
+                self.spectra(&painter, field, width, chart);
+                // The frequencies are in the first line.
+                top += 1.3 * SCALE;
+            }
             _ => self.curves(&painter, field, width, chart),
         }
         let mut right = field.right() - 4.0;
         for (name, rgb) in rest.iter().rev() {
             let words = painter.layout_no_wrap(name.clone(), FontId::proportional(SCALE), colour(*rgb));
-            let at = Rect::from_min_size(pos2(right - words.size().x, field.top()), words.size());
+            let at = Rect::from_min_size(pos2(right - words.size().x, top), words.size());
             painter.rect_filled(at.expand2(vec2(2.0, 0.0)), 2.0, thin(self.colours.below, 0.7));
             right = at.left() - 6.0;
             painter.galley(at.min, words, colour(*rgb));
