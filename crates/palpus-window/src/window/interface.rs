@@ -252,9 +252,7 @@ impl<'a> Interface<'a> {
     fn middle(&mut self, ui: &mut Ui, is_free: bool, actions: &mut Vec<Action>) {
         let (area, other) = self.view.place_beside(ui, &self.scene, self.beside.is_some());
         let legend = Legend::of(ui, area.rect, &self.scene, &self.style);
-        if let Some(legend) = &legend {
-            self.view.keep_clear(&area, &self.scene, legend.plate);
-        }
+        self.view.keep_clear(&area, &self.scene, legend.as_ref().map(|legend| legend.plate));
         self.view_id = Some(area.response.id);
         let has_focus = area.response.has_focus();
         if has_focus {

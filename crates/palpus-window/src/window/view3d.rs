@@ -22,6 +22,7 @@ use eframe::glow;
 use glam::DVec3;
 
 use super::backdrop::Backdrop;
+use super::compass;
 use super::gl::{GlScene, is_by_processor};
 use super::keys::SceneAction;
 use super::pace::Pace;
@@ -88,6 +89,8 @@ struct PaintState {
 pub(super) struct Area {
     pub(super) rect: Rect,
     pub(super) response: Response,
+    /// True if the picture has a title, which arrows must not cross.
+    pub(super) is_titled: bool,
 }
 
 /// A ray in the world.
@@ -190,13 +193,19 @@ impl View3d {
         }
     }
 
-    /// After a new framing, moves the camera back until no body is below the `plate`.
-    pub(super) fn keep_clear(&mut self, area: &Area, scene: &Scene, plate: Rect) {
+    /// After a new framing, moves the camera back until no body is below the `plate` of the legend
+    /// or below the compass.
+    pub(super) fn keep_clear(&mut self, area: &Area, scene: &Scene, plate: Option<Rect>) {
         if !std::mem::take(&mut self.is_new) {
             return;
         }
+        let plates: Vec<Rect> = plate.into_iter().chain([compass::place(area.rect)]).collect();
+        let is_below = |view: &Self| {
+            let hides = |body: &ShownBody| plates.iter().any(|plate| view.is_below(area, body, *plate));
+            scene.bodies.iter().any(hides)
+        };
         for _ in 0..MOST_BACK {
-            if !scene.bodies.iter().any(|body| self.is_below(area, body, plate)) {
+            if !is_below(self) {
                 return;
             }
             self.camera.zoom(BACK);
@@ -291,7 +300,7 @@ impl View3d {
     /// Gives the view all the space of `ui`.
     pub(super) fn place(&mut self, ui: &mut egui::Ui, scene: &Scene) -> Area {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        let area = Area { rect, response };
+        let area = Area { rect, response, is_titled: false };
         if !self.framed {
             if !self.widens {
                 self.corners.clear();
@@ -316,10 +325,10 @@ impl View3d {
             Rect::from_min_size(low, egui::vec2((0.5 * whole.width()).floor(), whole.height()))
         });
         let mut first = ui.new_child(egui::UiBuilder::new().max_rect(left));
-        let area = self.place(&mut first, scene);
+        let area = Area { is_titled: true, ..self.place(&mut first, scene) };
         let response = ui.interact(right, ui.scope_id().with("beside"), Sense::click_and_drag());
         ui.allocate_rect(whole, Sense::hover());
-        (area, Some(Area { rect: right, response }))
+        (area, Some(Area { rect: right, response, is_titled: true }))
     }
 
     /// Moves the camera with the mouse: a drag turns it, a drag with Shift or another button shifts

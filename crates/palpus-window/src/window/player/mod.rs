@@ -257,9 +257,7 @@ impl Player {
     fn middle(&mut self, ui: &mut egui::Ui) {
         let area = self.view.place(ui, &self.scene);
         let legend = Legend::of(ui, area.rect, &self.scene, &self.style);
-        if let Some(legend) = &legend {
-            self.view.keep_clear(&area, &self.scene, legend.plate);
-        }
+        self.view.keep_clear(&area, &self.scene, legend.as_ref().map(|legend| legend.plate));
         self.view.navigate(ui, &area);
         self.view.draw(ui, &area, &self.scene, &self.style, &[]);
         if let Some(legend) = &legend {
