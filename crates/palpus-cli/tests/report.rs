@@ -179,7 +179,7 @@ fn reproduction_lists_measured_and_missing_steps() {
         "Figure 4",
         "Figure 5",
         "Figure 6",
-        "1 of 14 steps measured in this run",
+        "1 of 16 steps measured in this run",
         "palpus bench depth --out DIR/data/depth",
         "data:image/svg+xml;base64,",
         "figures of an earlier run, from",

@@ -10,9 +10,7 @@
 //! 1993, with the sides of step 1 added. The simplified solid is only drawn: the engine uses the
 //! whole mesh.
 
-use std::collections::{HashMap, HashSet};
-use std::hash::{BuildHasherDefault, Hasher};
-
+use ahash::{HashMap, HashSet};
 use glam::DVec3;
 
 use crate::solid::Solid;
@@ -30,25 +28,6 @@ struct Corner {
     sum: DVec3,
     normal: DVec3,
     count: f64,
-}
-
-/// Hashes a [`u64`]; the standard hash takes most of the time of a simplification.
-#[derive(Default)]
-struct KeyHasher(u64);
-
-impl Hasher for KeyHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|byte| self.write_u64(u64::from(*byte)));
-    }
-
-    fn write_u64(&mut self, key: u64) {
-        // 2^64 divided by the golden ratio; the halves are swapped because the table uses both.
-        self.0 = (self.0 ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(32);
-    }
 }
 
 /// A solid with the side of each corner's normal.
@@ -113,9 +92,10 @@ impl Sided<'_> {
     fn in_cells(&self, cells: f64) -> Solid {
         let solid = self.solid;
         let cells = self.cells(cells);
-        let mut numbers: HashMap<u64, u32, BuildHasherDefault<KeyHasher>> = HashMap::default();
+        // The standard hash takes most of the time of a simplification.
+        let mut numbers = HashMap::default();
         let mut corners: Vec<Corner> = Vec::new();
-        let mut seen = HashSet::new();
+        let mut seen = HashSet::default();
         let mut coarse = Solid::default();
         let mut of_triangle = Vec::new();
         for (t, triangle) in solid.triangles.iter().enumerate() {

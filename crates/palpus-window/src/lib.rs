@@ -31,6 +31,7 @@
 //! camera's frame: x right, y up, z towards the viewer.
 
 mod camera;
+#[cfg(feature = "gui")]
 mod coarse;
 mod gauss;
 mod ground;

@@ -70,12 +70,15 @@ pub(super) fn end(run: &mut dyn Run, history: &mut History, notices: &Notices) {
 pub(super) fn title(ui: &Ui, rect: Rect, name: &str, is_felt: bool, style: &Style) {
     let colours = style.theme.colours();
     let painter = ui.painter_at(rect);
-    let (rgb, words) = if is_felt {
-        (colours.force, format!("A: {name}, felt"))
+    let (rgb, short, rest) = if is_felt {
+        (colours.force, format!("A: {name}"), ", felt")
     } else {
-        (colours.compared, format!("B: {name}, same hand, not sent to the device"))
+        (colours.compared, format!("B: {name}"), ", same hand, not sent to the device")
     };
-    let words = painter.layout(words, FontId::proportional(LETTERS), colour(rgb), rect.width() - 2.0 * MARGIN);
+    let galley = |words: String| painter.layout_no_wrap(words, FontId::proportional(LETTERS), colour(rgb));
+    let long = galley(format!("{short}{rest}"));
+    // A second line would cover the scene.
+    let words = if long.size().x <= rect.width() - 2.0 * MARGIN { long } else { galley(short) };
     let at = Align2::CENTER_TOP.anchor_size(pos2(rect.center().x, rect.top() + MARGIN), words.size());
     painter.rect_filled(at.expand2(vec2(8.0, 3.0)), 5.0, thin(colours.below, 0.8));
     painter.galley(at.min, words, colour(rgb));

@@ -22,6 +22,13 @@ const LETTERS: f32 = 12.5;
 /// overlap the other labels.
 const SEEN: f32 = 0.25;
 
+/// Returns the place of the axes and the scale.
+pub(super) fn place(rect: Rect) -> Rect {
+    let corner = rect.right_bottom() - vec2(MARGIN, MARGIN);
+    let size = vec2(2.0 * AXIS + 2.0 * LETTERS, 2.0 * AXIS + 4.2 * LETTERS);
+    Rect::from_min_max(corner - size, rect.right_bottom())
+}
+
 /// Draws the axes and the scale.
 pub(super) fn draw(ui: &Ui, area: &Area, camera: &Camera, scene: &Scene, style: &Style) {
     let painter = ui.painter_at(area.rect);

@@ -3,7 +3,6 @@
 //! The panel shows the run's current settings, and requests other settings only if the user changes
 //! something.
 
-use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 use eframe::egui::{Align, Grid, Label, Layout, RichText, Sense, Slider, Ui, vec2};
@@ -277,9 +276,8 @@ impl Feel {
                 let range = quantity.range(&self.fitting, now);
                 let slider = Slider::new(&mut value, range.low..=range.high)
                     .logarithmic(range.logarithmic)
-                    .suffix(quantity.unit())
-                    .custom_formatter(rounded)
-                    .custom_parser(parsed);
+                    .custom_formatter(|value, _| rounded(value, quantity.unit()))
+                    .custom_parser(|text| parsed(text, quantity.unit()));
                 if ui.add(slider).labelled_by(label.id).on_hover_text(quantity.words()).changed() {
                     quantity.set(wanted, value);
                 }
@@ -307,25 +305,38 @@ fn apply(run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), Str
     run.set_settings(&wanted)
 }
 
-/// Rounds to three significant digits.
-fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
-    match value {
-        v if v >= 9.995e6 => format!("{:.1}M", v / 1e6),
-        v if v >= 9995.0 => format!("{:.0}k", v / 1e3),
-        v if v >= 99.95 => format!("{v:.0}"),
-        v if v >= 9.995 => format!("{v:.1}"),
-        v if v >= 0.9995 || v == 0.0 => format!("{v:.2}"),
-        v => format!("{v:.3}"),
+/// Returns a value with its `unit`, rounded to three significant digits. Long numbers have a prefix
+/// of the unit.
+fn rounded(value: f64, unit: &str) -> String {
+    let (number, prefix) = match value {
+        v if v >= 9.995e6 => (format!("{:.1}", v / 1e6), "M"),
+        v if v >= 9995.0 => (format!("{:.0}", v / 1e3), "k"),
+        v if v >= 99.95 => (format!("{v:.0}"), ""),
+        v if v >= 9.995 => (format!("{v:.1}"), ""),
+        v if v >= 0.9995 || v == 0.0 => (format!("{v:.2}"), ""),
+        v if v < 0.00995 && unit == MILLIMETRES => return rounded(v * 1e3, MICROMETRES),
+        v => (format!("{v:.3}"), ""),
+    };
+    match unit.strip_prefix(' ') {
+        Some(name) => format!("{number} {prefix}{name}"),
+        None => format!("{number}{prefix}{unit}"),
     }
 }
 
-/// Reads a number that [`rounded`] has written.
-fn parsed(text: &str) -> Option<f64> {
+const MILLIMETRES: &str = " mm";
+const MICROMETRES: &str = " µm";
+
+/// Reads a value that [`rounded`] has written with this `unit`, or a number without a unit.
+fn parsed(text: &str, unit: &str) -> Option<f64> {
     let text = text.trim();
-    let (digits, factor) = match (text.strip_suffix('k'), text.strip_suffix('M')) {
+    if let Some(micrometres) = text.strip_suffix(MICROMETRES.trim_start()).filter(|_| unit == MILLIMETRES) {
+        return micrometres.trim().parse::<f64>().ok().map(|value| value * 1e-3);
+    }
+    let number = text.strip_suffix(unit.trim_start()).unwrap_or(text).trim_end();
+    let (digits, factor) = match (number.strip_suffix('k'), number.strip_suffix('M')) {
         (Some(thousands), _) => (thousands, 1e3),
         (_, Some(millions)) => (millions, 1e6),
-        _ => (text, 1.0),
+        _ => (number, 1.0),
     };
     digits.trim().parse::<f64>().ok().map(|value| value * factor)
 }
@@ -336,9 +347,23 @@ mod tests {
 
     #[test]
     fn values_keep_three_figures() {
-        let words = [0.0, 0.1234, 1.0, 12.34, 123.4, 1234.0, 170e3, 14.59e6].map(|value| rounded(value, 0..=3));
-        assert_eq!(words, ["0.00", "0.123", "1.00", "12.3", "123", "1234", "170k", "14.6M"]);
-        let read = words.map(|text| parsed(&text));
+        let values = [0.0, 0.1234, 1.0, 12.34, 123.4, 1234.0, 170e3, 14.59e6];
+        let words = values.map(|value| rounded(value, " N/m"));
+        assert_eq!(
+            words,
+            ["0.00 N/m", "0.123 N/m", "1.00 N/m", "12.3 N/m", "123 N/m", "1234 N/m", "170 kN/m", "14.6 MN/m"]
+        );
+        let read = words.map(|text| parsed(&text, " N/m"));
         assert_eq!(read, [0.0, 0.123, 1.0, 12.3, 123.0, 1234.0, 170e3, 14.6e6].map(Some));
+        assert_eq!(
+            [(40.0, "°"), (0.4, ""), (0.00021, " mm")].map(|(v, u)| rounded(v, u)),
+            ["40.0°", "0.400", "0.210 µm"]
+        );
+        assert_eq!(
+            [("40.0°", "°"), ("0.4", ""), ("3 mm", " mm")].map(|(t, u)| parsed(t, u)),
+            [40.0, 0.4, 3.0].map(Some)
+        );
+        let read = parsed("0.210 µm", " mm").expect("the text is a length");
+        assert!((read - 0.00021).abs() < 1e-12, "{read}");
     }
 }

@@ -3,7 +3,7 @@
 
 mod actions;
 
-use eframe::egui::{self, CornerRadius, Frame, Margin, Panel, ScrollArea, Ui};
+use eframe::egui::{self, Color32, Frame, Margin, Panel, ScrollArea, Ui};
 use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus_device::Newest;
@@ -16,7 +16,7 @@ use super::handles::{Dragged, Handles, Moves};
 use super::history::History;
 use super::keys;
 use super::opening::Opening;
-use super::overlay::{self, Notices};
+use super::overlay::{self, Legend, Notices};
 use super::plots::{Asked, Plots};
 use super::run::{Loading, Run};
 use super::run_keys::{self, Action};
@@ -251,6 +251,8 @@ impl<'a> Interface<'a> {
     /// is open.
     fn middle(&mut self, ui: &mut Ui, is_free: bool, actions: &mut Vec<Action>) {
         let (area, other) = self.view.place_beside(ui, &self.scene, self.beside.is_some());
+        let legend = Legend::of(ui, area.rect, &self.scene, &self.style);
+        self.view.keep_clear(&area, &self.scene, legend.as_ref().map(|legend| legend.plate));
         self.view_id = Some(area.response.id);
         let has_focus = area.response.has_focus();
         if has_focus {
@@ -296,7 +298,9 @@ impl<'a> Interface<'a> {
             let stroke = egui::Stroke::new(1.0, ui.visuals().hyperlink_color);
             ui.painter().rect_stroke(area.rect, 0.0, stroke, egui::StrokeKind::Inside);
         }
-        overlay::legend(ui, area.rect, &self.scene, &self.style);
+        if let Some(legend) = &legend {
+            legend.draw(ui, &self.style);
+        }
         match (&other, &self.beside) {
             (Some(other), Some(beside)) => {
                 beside::title(ui, area.rect, beside.names[0], true, &self.style);
@@ -343,8 +347,10 @@ impl eframe::App for Interface<'_> {
         let holds = context.input(|input| input.focused && input.key_down(run_keys::HOLD));
         self.run.hold(holds && !is_open && !context.text_edit_focused());
         let height = ui.available_height();
-        let margin =
-            |side: i8, upright: i8| Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(side, upright));
+        // The window is cleared with the colour of the panels ([`Self::clear_color`]). To fill them
+        // again would take a tenth of a frame with software rendering.
+        let bare = Frame::side_top_panel(ui.style()).fill(Color32::TRANSPARENT);
+        let margin = |side: i8, upright: i8| bare.inner_margin(Margin::symmetric(side, upright));
         let (of_bar, of_side, of_plots) = (margin(10, 0), margin(SIDE_MARGIN, 8), margin(4, 2));
         Panel::top("bar").exact_size(bar::HEIGHT).frame(of_bar).show(ui, |ui| {
             let side = self.has_side(&context);
@@ -356,7 +362,7 @@ impl eframe::App for Interface<'_> {
                 ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.side(ui, &mut actions));
             });
         } else {
-            Panel::top("state").exact_size(STATE).resizable(false).show(ui, |ui| {
+            Panel::top("state").exact_size(STATE).resizable(false).frame(bare).show(ui, |ui| {
                 self.status.brief(ui, self.run, self.style.theme);
             });
         }
@@ -366,8 +372,7 @@ impl eframe::App for Interface<'_> {
             let asked = self.plots.show(ui, &self.history, self.style.theme, names);
             self.ask_plots(asked);
         });
-        let frame = Frame::NONE.corner_radius(CornerRadius::ZERO);
-        egui::CentralPanel::default().frame(frame).show(ui, |ui| {
+        egui::CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             self.middle(ui, !chosen && !is_open && !self.help, &mut actions);
         });
         for action in actions {
@@ -378,6 +383,10 @@ impl eframe::App for Interface<'_> {
             context.send_viewport_cmd(egui::ViewportCommand::Close);
         }
         context.request_repaint_after(self.view.wait());
+    }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        visuals.panel_fill.to_normalized_gamma_f32()
     }
 
     fn on_exit(&mut self, gl: Option<&eframe::glow::Context>) {

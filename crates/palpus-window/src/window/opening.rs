@@ -16,9 +16,11 @@ use super::theme::small;
 /// Width of the dialog, points.
 const WIDTH: f32 = 740.0;
 /// Smallest difference between the size of the window and the size of the dialog, points.
-const MARGIN: f32 = 70.0;
-/// Largest height of the list of scenes, points.
-const SCENES_HEIGHT: f32 = 230.0;
+const MARGIN: f32 = 50.0;
+/// Smallest height of the list of scenes, points.
+const SCENES_HEIGHT: f32 = 160.0;
+/// Distance between the rows of that list, points.
+const SCENES_GAP: f32 = 5.0;
 /// Width of the column of names.
 const SCENE_NAME: f32 = 120.0;
 /// Number of recent files in the dialog.
@@ -60,6 +62,7 @@ impl Opening {
         let modal = Modal::new(Id::unique("open")).show(context, |ui| {
             ui.set_width(WIDTH.min(room.x));
             ScrollArea::vertical().max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
+                let top = ui.cursor().top();
                 ui.horizontal(|ui| {
                     ui.heading("Feel something else");
                     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -73,7 +76,8 @@ impl Opening {
                 if !self.scenes.is_empty() {
                     ui.add_space(8.0);
                     ui.label(RichText::new("Built-in scenes").strong());
-                    self.built_in(ui, &mut wanted);
+                    let rest = room.y - (ui.cursor().top() - top);
+                    self.built_in(ui, rest.max(SCENES_HEIGHT), &mut wanted);
                 }
             });
         });
@@ -126,10 +130,13 @@ impl Opening {
         }
     }
 
-    fn built_in(&self, ui: &mut Ui, wanted: &mut Option<Wanted>) {
-        ScrollArea::vertical().max_height(SCENES_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+    /// Lists the built-in scenes in whole rows, in at most `height` points.
+    fn built_in(&self, ui: &mut Ui, height: f32, wanted: &mut Option<Wanted>) {
+        let row = ui.spacing().interact_size.y + SCENES_GAP;
+        let height = (height / row).floor() * row;
+        ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
             let wide = ui.available_width() - SCENE_NAME;
-            egui::Grid::new("scenes").num_columns(2).spacing([10.0, 5.0]).max_col_width(wide).show(ui, |ui| {
+            egui::Grid::new("scenes").num_columns(2).spacing([10.0, SCENES_GAP]).max_col_width(wide).show(ui, |ui| {
                 for (name, summary) in &self.scenes {
                     if ui.button(name).clicked() {
                         *wanted = Some(Wanted::Scene(name.clone()));

@@ -95,33 +95,50 @@ pub(super) fn way_out(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, way: D
     ui.painter_at(area.rect).arrow(tail, arrow, Stroke::new(2.5, colour(ink)));
 }
 
-/// Draws the legend at the bottom left: a column, or several entries in a row in a narrow picture.
-pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
-    let colours = style.theme.colours();
-    let entries = meanings(scene, style, &colours);
-    let painter = ui.painter_at(rect);
-    let ink = colour(colours.ink);
-    let galley = |words: &str| painter.layout_no_wrap(words.to_owned(), FontId::proportional(LETTERS), ink);
-    let words: Vec<_> = entries.iter().map(|(_, words)| galley(words)).collect();
-    let widths: Vec<f32> = words.iter().map(|words| DOT + words.size().x).collect();
-    let is_narrow = rect.width() < NARROW;
-    let room = if is_narrow { rect.width() - BESIDE } else { 0.0 };
-    let places = in_rows(&widths, room);
-    let rows = places.last().map_or(0.0, |place| place.y + 1.0);
-    // In a small picture the legend would cover the scene.
-    let least_rows = if is_narrow { LEAST_ROWS_NARROW } else { LEAST_ROWS };
-    if rect.height() < LINE * (rows + least_rows) || rect.width() < LEAST_WIDTH {
-        return;
+/// The legend at the bottom left: a column, or several entries in a row in a narrow picture.
+pub(super) struct Legend {
+    /// Place of the background plate.
+    pub(super) plate: Rect,
+    /// Colour, text, and left end of the middle line of each entry.
+    entries: Vec<(Rgb, Arc<egui::Galley>, egui::Pos2)>,
+}
+
+impl Legend {
+    /// Arranges the legend of a picture. `None` in a small picture, in which it would cover the
+    /// scene.
+    pub(super) fn of(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) -> Option<Self> {
+        let colours = style.theme.colours();
+        let meanings = meanings(scene, style, &colours);
+        let ink = colour(colours.ink);
+        let galley = |words: &str| ui.painter().layout_no_wrap(words.to_owned(), FontId::proportional(LETTERS), ink);
+        let words: Vec<_> = meanings.iter().map(|(_, words)| galley(words)).collect();
+        let widths: Vec<f32> = words.iter().map(|words| DOT + words.size().x).collect();
+        let is_narrow = rect.width() < NARROW;
+        let room = if is_narrow { rect.width() - BESIDE } else { 0.0 };
+        let places = in_rows(&widths, room);
+        let rows = places.last().map_or(0.0, |place| place.y + 1.0);
+        let least_rows = if is_narrow { LEAST_ROWS_NARROW } else { LEAST_ROWS };
+        if rect.height() < LINE * (rows + least_rows) || rect.width() < LEAST_WIDTH {
+            return None;
+        }
+        let width = places.iter().zip(&widths).map(|(place, width)| place.x + width).fold(0.0, f32::max);
+        let size = vec2(width, LINE * rows);
+        let at = Rect::from_min_size(pos2(rect.left() + MARGIN, rect.bottom() - MARGIN - size.y), size);
+        let middle = |place: egui::Vec2| pos2(at.left() + place.x, at.top() + LINE * (place.y + 0.5));
+        let entries = meanings.iter().zip(words).zip(places);
+        let entries = entries.map(|(((rgb, _), words), place)| (*rgb, words, middle(place))).collect();
+        Some(Self { plate: at.expand2(vec2(8.0, 4.0)), entries })
     }
-    let width = places.iter().zip(&widths).map(|(place, width)| place.x + width).fold(0.0, f32::max);
-    let size = vec2(width, LINE * rows);
-    let at = Rect::from_min_size(pos2(rect.left() + MARGIN, rect.bottom() - MARGIN - size.y), size);
-    // The background plate makes the text legible over a body.
-    painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.55));
-    for (((rgb, _), words), place) in entries.iter().zip(words).zip(places) {
-        let middle = pos2(at.left() + place.x, at.top() + LINE * (place.y + 0.5));
-        painter.circle_filled(middle + vec2(6.0, 0.0), 5.5, colour(*rgb));
-        painter.galley(middle + vec2(DOT, -0.5 * words.size().y), words, ink);
+
+    pub(super) fn draw(&self, ui: &Ui, style: &Style) {
+        let colours = style.theme.colours();
+        // The background plate makes the text legible over a body.
+        ui.painter().rect_filled(self.plate, 6.0, thin(colours.below, 0.55));
+        for (rgb, words, middle) in &self.entries {
+            ui.painter().circle_filled(*middle + vec2(6.0, 0.0), 5.5, colour(*rgb));
+            let at = *middle + vec2(DOT, -0.5 * words.size().y);
+            ui.painter().galley(at, Arc::clone(words), colour(colours.ink));
+        }
     }
 }
 
@@ -141,10 +158,11 @@ fn in_rows(widths: &[f32], room: f32) -> Vec<egui::Vec2> {
 }
 
 fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
-    let body = |k: usize| scene.bodies.get(k).map(|body| body.colour);
+    // Bodies that show their pieces have many colours.
+    let body = |k: usize| scene.bodies.get(k).filter(|body| !body.look.pieces).map(|body| body.colour);
     let mut lines = Vec::new();
     // All probes have the same colour, and all objects have the same colour.
-    let more = scene.bodies.iter().skip(2).map(|body| body.colour);
+    let more = scene.bodies.iter().skip(2).filter(|body| !body.look.pieces).map(|body| body.colour);
     let has_probes = more.clone().any(|rgb| Some(rgb) == body(0));
     lines.extend(body(0).map(|rgb| (rgb, if has_probes { "probes" } else { "probe" })));
     lines.extend(body(1).map(|rgb| (rgb, "environment")));
@@ -209,7 +227,16 @@ pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &S
     let is_free = |at: &Rect| room.contains_rect(*at) && !values.iter().any(|value| value.intersects(*at));
     let sides = [(left, -1.0, Align2::RIGHT_CENTER), (right, 1.0, Align2::LEFT_CENTER)];
     let places = sides.map(|(tip, side, align)| (tip, side, place(tip, side, align)));
-    let Some((tip, side, at)) = places.into_iter().find(|(_, _, at)| is_free(at)) else { return };
+    // The side on which the hint covers less of the other bodies.
+    let others: Vec<Rect> = scene.bodies.iter().skip(1).map(|body| view.bounds(area, body)).collect();
+    let covered =
+        |at: &Rect| others.iter().map(|body| body.intersect(*at)).filter(Rect::is_positive).map(|r| r.area()).sum();
+    let free = places.into_iter().filter(|(_, _, at)| is_free(at));
+    let less = |a: &(egui::Pos2, f32, Rect), b: &(egui::Pos2, f32, Rect)| -> std::cmp::Ordering {
+        let [a, b]: [f32; 2] = [&a.2, &b.2].map(covered);
+        a.total_cmp(&b)
+    };
+    let Some((tip, side, at)) = free.min_by(less) else { return };
     let (fill, edge) = (thin(colours.below, 0.9), Stroke::new(1.0, thin(colours.faint, 0.9)));
     painter.rect(at, 6.0, fill, edge, egui::StrokeKind::Inside);
     let base = tip + vec2(side * (POINTER - 0.5), 0.0);

@@ -6,7 +6,7 @@
 //! contacts and no overlap (D), red with overlap (P). Above each chart is its newest value, or the
 //! value at the cursor, which all charts share. A drag freezes the charts and moves back in time.
 
-use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2};
+use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 use super::chart::{Chart, Kind, Series, charts};
 use super::columns::{Column, columns, extent};
@@ -14,6 +14,7 @@ use super::history::{History, Interval, SPAN, State};
 use super::spectrum::{LENGTH, amplitudes};
 use super::theme::{large_font, thin};
 use super::view3d::colour;
+use crate::picture::Rgb;
 use crate::style::{Colours, Theme};
 
 /// Height of the line above a chart, points.
@@ -103,13 +104,26 @@ struct Seen<'a> {
 
 impl Seen<'_> {
     fn chart(&self, ui: &Ui, field: Rect, chart: &Chart) {
-        self.head(ui, field, chart);
+        let rest = self.head(ui, field, chart);
         let painter = ui.painter_at(field);
         painter.rect_filled(field, 3.0, ui.visuals().faint_bg_color);
         let width = field.width().max(1.0) as usize;
+        let mut top = field.top();
         match chart.kind {
-            Kind::Spectrum if chart.has_spectrum => self.spectra(&painter, field, width, chart),
+            Kind::Spectrum if chart.has_spectrum => {
+                self.spectra(&painter, field, width, chart);
+                // The frequencies are in the first line.
+                top += 1.3 * SCALE;
+            }
             _ => self.curves(&painter, field, width, chart),
+        }
+        let mut right = field.right() - 4.0;
+        for (name, rgb) in rest.iter().rev() {
+            let words = painter.layout_no_wrap(name.clone(), FontId::proportional(SCALE), colour(*rgb));
+            let at = Rect::from_min_size(pos2(right - words.size().x, top), words.size());
+            painter.rect_filled(at.expand2(vec2(2.0, 0.0)), 2.0, thin(self.colours.below, 0.7));
+            right = at.left() - 6.0;
+            painter.galley(at.min, words, colour(*rgb));
         }
     }
 
@@ -221,8 +235,8 @@ impl Seen<'_> {
     }
 
     /// Writes the chart's name and its value as large as possible. In a chart that is too narrow,
-    /// only the name is written.
-    fn head(&self, ui: &Ui, field: Rect, chart: &Chart) {
+    /// only the name is written. Returns the names of curves for which there was no space.
+    fn head<'c>(&self, ui: &Ui, field: Rect, chart: &'c Chart) -> &'c [(String, Rgb)] {
         let base = field.top() - 5.0;
         let painter = ui.painter();
         let ink = colour(self.colours.ink);
@@ -252,6 +266,7 @@ impl Seen<'_> {
         if fits(&galley, shown) {
             painter.galley(pos2(field.right(), base + 3.0) - galley.size(), galley, ink);
         }
+        &chart.names[shown..]
     }
 }
 

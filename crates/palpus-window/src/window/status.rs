@@ -94,12 +94,8 @@ impl Status {
         let rate = if self.now.rate_hz > 0.0 { format!(", {:.0} Hz", self.now.rate_hz) } else { String::new() };
         ui.label(small(waits_for.unwrap_or_else(|| format!("{}{rate}", run.device().name))));
         self.numbers(ui);
-        let cuts: Vec<&str> = self.cuts().map(Cut::name).collect();
-        let mut words = if cuts.is_empty() {
-            String::new()
-        } else {
-            format!("force reduced: {}", cuts.join(", ").replace('_', " "))
-        };
+        let cuts: Vec<&str> = self.cuts().map(reason).collect();
+        let mut words = if cuts.is_empty() { String::new() } else { format!("force reduced: {}", cuts.join(", ")) };
         if self.now.carried > CARRIED {
             let comma = if words.is_empty() { "" } else { "; " };
             words += &format!("{comma}{:.0} % of the contacts extrapolated", 100.0 * self.now.carried);
@@ -121,7 +117,7 @@ impl Status {
         let (text, bad) = (ui.visuals().strong_text_color(), ui.visuals().error_fg_color);
         let counted = |n: u64| (n.to_string(), if n > 0 { bad } else { text });
         let separation = match now.separation {
-            separation if separation.is_finite() => format!("{:.2} mm", separation * 1e3),
+            separation if separation.is_finite() => distance(separation),
             _ => "–".to_owned(),
         };
         let load = (format!("{:.0} %", 100.0 * now.load), if now.load > 1.0 { bad } else { text });
@@ -151,6 +147,43 @@ impl Status {
 
 /// Share of extrapolated contacts below which the panel does not mention them.
 const CARRIED: f64 = 0.01;
+
+/// Returns a length (m) as text with three digits at most.
+fn distance(length: f64) -> String {
+    match length.abs() * 1e3 {
+        below if below < 9.5e-5 => "0.00 mm".to_owned(),
+        below if below < 0.095 => format!("{:.1} µm", length * 1e6),
+        below if below < 9.5 => format!("{:.2} mm", length * 1e3),
+        _ => format!("{:.1} mm", length * 1e3),
+    }
+}
+
+/// Returns the reason for a smaller force, for the panel.
+fn reason(cut: Cut) -> &'static str {
+    match cut {
+        Cut::NonFiniteState => "invalid state of the device",
+        Cut::NonFiniteWrench => "invalid force",
+        Cut::PoseJump => "the grip jumped",
+        Cut::Speed => "the grip is too fast",
+        Cut::FrozenState => "the device repeats its state",
+        Cut::DeviceClock => "the device's clock jumped",
+        Cut::Passivity => "damping of energy",
+        Cut::Slew => "limit of change",
+        Cut::Saturation => "limit of the device",
+        Cut::Heat => "warm motors",
+        Cut::Engagement => "start",
+        Cut::LateLoop | Cut::Watchdog => "the loop stood still",
+        Cut::Panic => "error in the program",
+        Cut::Device => "error of the device",
+        Cut::Paused => "paused",
+        Cut::LimitCycle => "vibration",
+        Cut::Withheld => "withheld by the device",
+        Cut::Overrun => "many late ticks",
+        Cut::Suspended => "the computer slept",
+        Cut::Settings => "new settings",
+        Cut::Ending => "end of the run",
+    }
+}
 
 /// Returns the text for a phase of the engagement, and whether the phase is normal.
 fn said(phase: Phase) -> (&'static str, bool) {

@@ -22,6 +22,7 @@ use eframe::glow;
 use glam::DVec3;
 
 use super::backdrop::Backdrop;
+use super::compass;
 use super::gl::{GlScene, is_by_processor};
 use super::keys::SceneAction;
 use super::pace::Pace;
@@ -42,12 +43,21 @@ const ZOOM: f32 = 0.0025;
 const KEY_TURN: f32 = 1.2;
 /// Rate of the zoom exponent while a key is held, 1/s.
 const KEY_ZOOM: f32 = 1.0;
+/// Zoom of one step that moves the camera back, and the largest number of steps.
+const BACK: f64 = 0.97;
+const MOST_BACK: u32 = 12;
+/// Largest number of a body's vertices or triangles that are examined for its place in the window.
+const MOST_EXAMINED: usize = 500;
+/// Number of parts into which the side of a triangle is divided.
+const ALONG: u32 = 16;
 /// Longest time for which a key acts in one frame, s.
 const LONGEST_FRAME: f32 = 0.1;
 /// See the module's outline.
 pub(super) struct View3d {
     camera: Camera,
     framed: bool,
+    /// True if the camera was moved to show everything, in this frame.
+    is_new: bool,
     /// True if the user has moved the camera.
     is_users: bool,
     /// True if the next framing keeps the contents of the last framing.
@@ -79,6 +89,8 @@ struct PaintState {
 pub(super) struct Area {
     pub(super) rect: Rect,
     pub(super) response: Response,
+    /// True if the picture has a title, which arrows must not cross.
+    pub(super) is_titled: bool,
 }
 
 /// A ray in the world.
@@ -116,6 +128,7 @@ impl View3d {
         Ok(Self {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
+            is_new: false,
             is_users: false,
             widens: false,
             corners: Vec::new(),
@@ -178,6 +191,47 @@ impl View3d {
         if self.framed && !self.is_users && scene.corners().any(is_out) {
             self.widen();
         }
+    }
+
+    /// After a new framing, moves the camera back until no body is below the `plate` of the legend
+    /// or below the compass.
+    pub(super) fn keep_clear(&mut self, area: &Area, scene: &Scene, plate: Option<Rect>) {
+        if !std::mem::take(&mut self.is_new) {
+            return;
+        }
+        let plates: Vec<Rect> = plate.into_iter().chain([compass::place(area.rect)]).collect();
+        let is_below = |view: &Self| {
+            let hides = |body: &ShownBody| plates.iter().any(|plate| view.is_below(area, body, *plate));
+            scene.bodies.iter().any(hides)
+        };
+        for _ in 0..MOST_BACK {
+            if !is_below(self) {
+                return;
+            }
+            self.camera.zoom(BACK);
+        }
+    }
+
+    /// True if a side of the body's triangles is visible in this rectangle. Of large bodies, only
+    /// some triangles are examined.
+    fn is_below(&self, area: &Area, body: &ShownBody, rect: Rect) -> bool {
+        let triangles = &body.solid.triangles;
+        let seen = |v: u32| self.seen_at(area, body.pose.point(body.solid.vertices[v as usize]));
+        let crosses = |from: u32, to: u32| {
+            let (Some(from), Some(to)) = (seen(from), seen(to)) else { return false };
+            (0..=ALONG).any(|k| rect.contains(from.lerp(to, k as f32 / ALONG as f32)))
+        };
+        let mut some = triangles.iter().step_by(1 + triangles.len() / MOST_EXAMINED);
+        some.any(|[a, b, c]| crosses(*a, *b) || crosses(*b, *c) || crosses(*c, *a))
+    }
+
+    /// Returns the rectangle around a body in the window. Of large bodies, only some vertices are
+    /// examined.
+    pub(super) fn bounds(&self, area: &Area, body: &ShownBody) -> Rect {
+        let vertices = &body.solid.vertices;
+        let some = vertices.iter().step_by(1 + vertices.len() / MOST_EXAMINED);
+        let seen = some.filter_map(|vertex| self.seen_at(area, body.pose.point(*vertex)));
+        seen.fold(Rect::NOTHING, |bounds, at| bounds.union(Rect::from_min_max(at, at)))
     }
 
     /// Carries out an action of every window on the view, its scene and its style. The window
@@ -246,7 +300,7 @@ impl View3d {
     /// Gives the view all the space of `ui`.
     pub(super) fn place(&mut self, ui: &mut egui::Ui, scene: &Scene) -> Area {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        let area = Area { rect, response };
+        let area = Area { rect, response, is_titled: false };
         if !self.framed {
             if !self.widens {
                 self.corners.clear();
@@ -254,7 +308,7 @@ impl View3d {
             self.corners.extend(scene.corners());
             self.camera.frame(self.corners.iter().copied(), area.aspect());
             self.ground = Ground::below(scene);
-            (self.framed, self.widens) = (true, false);
+            (self.framed, self.widens, self.is_new) = (true, false, true);
         }
         area
     }
@@ -271,10 +325,10 @@ impl View3d {
             Rect::from_min_size(low, egui::vec2((0.5 * whole.width()).floor(), whole.height()))
         });
         let mut first = ui.new_child(egui::UiBuilder::new().max_rect(left));
-        let area = self.place(&mut first, scene);
+        let area = Area { is_titled: true, ..self.place(&mut first, scene) };
         let response = ui.interact(right, ui.scope_id().with("beside"), Sense::click_and_drag());
         ui.allocate_rect(whole, Sense::hover());
-        (area, Some(Area { rect: right, response }))
+        (area, Some(Area { rect: right, response, is_titled: true }))
     }
 
     /// Moves the camera with the mouse: a drag turns it, a drag with Shift or another button shifts

@@ -111,7 +111,7 @@ impl Loads {
 }
 
 impl Sample {
-    /// The share with which all pairs have full weight.
+    /// The value of `share` at which all pieces belong to the sample with full weight.
     const ALL: f64 = 1.0 / (1.0 - SAMPLE_FADE);
 
     /// Returns a sample for two bodies. At first, all pairs belong to the sample.

@@ -147,6 +147,7 @@ pub(super) fn page(folder: &Path) -> anyhow::Result<String> {
     sections::feel(&mut page, &data, run);
     sections::scale(&mut page, &data, run);
     sections::pairs(&mut page, &data, run);
+    sections::conformal(&mut page, &data, run);
     sections::convex(&mut page, &data, run);
     sections::depth(&mut page, &data, run);
     summary::conclusion(&mut page, &data);
@@ -155,7 +156,7 @@ pub(super) fn page(folder: &Path) -> anyhow::Result<String> {
     Ok(page.page(title))
 }
 
-const CONTENTS: [(&str, &str); 12] = [
+const CONTENTS: [(&str, &str); 13] = [
     ("table1", "Table 1"),
     ("figure4", "Figure 4"),
     ("figure5", "Figure 5"),
@@ -164,6 +165,7 @@ const CONTENTS: [(&str, &str); 12] = [
     ("feel", "Feel"),
     ("scale", "Scale"),
     ("pairs", "Real pairs"),
+    ("conformal", "Nut on its thread"),
     ("convex", "Convex pairs"),
     ("depth", "Penetration depth"),
     ("conclusion", "Conclusion"),

@@ -21,11 +21,12 @@ use eframe::egui;
 use palpus::algebra::Pose;
 use palpus_device::Cuts;
 
+use super::WindowError;
 use super::keys::{self as key_list, SceneAction};
+use super::overlay::Legend;
 use super::shell::{self, Status};
 use super::theme::apply_theme;
 use super::view3d::View3d;
-use super::{WindowError, overlay};
 use crate::moments::{Moments, Progress};
 use crate::scene::Scene;
 use crate::style::{Style, Theme};
@@ -255,9 +256,13 @@ impl Player {
     /// Draws the scene in the middle (step 3).
     fn middle(&mut self, ui: &mut egui::Ui) {
         let area = self.view.place(ui, &self.scene);
+        let legend = Legend::of(ui, area.rect, &self.scene, &self.style);
+        self.view.keep_clear(&area, &self.scene, legend.as_ref().map(|legend| legend.plate));
         self.view.navigate(ui, &area);
         self.view.draw(ui, &area, &self.scene, &self.style, &[]);
-        overlay::legend(ui, area.rect, &self.scene, &self.style);
+        if let Some(legend) = &legend {
+            legend.draw(ui, &self.style);
+        }
     }
 }
 

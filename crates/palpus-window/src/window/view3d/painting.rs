@@ -119,7 +119,10 @@ impl View3d {
     /// picture. An arrow that begins outside of the picture counts as visible.
     fn visible_part(&self, area: &Area, tail: DVec3, way: DVec3) -> f64 {
         let [Some(from), Some(to)] = [tail, tail + way].map(|end| self.seen_at(area, end)) else { return 1.0 };
-        let room = area.rect.shrink(EDGE);
+        let mut room = area.rect.shrink(EDGE);
+        if area.is_titled {
+            room.set_top(area.rect.top() + TITLE);
+        }
         if !room.contains(from) || room.contains(to) {
             return 1.0;
         }

@@ -127,7 +127,7 @@ impl Viewer {
         let [low, high] = self.range();
         ui.add_space(shell::TOP);
         ui.horizontal(|ui| {
-            ui.label("position (, .)");
+            ui.label("position").on_hover_text("the keys , and . move the plane");
             ui.add(egui::Slider::new(&mut self.plane.offset, low..=high));
         });
         if self.body.mesh().is_closed() {

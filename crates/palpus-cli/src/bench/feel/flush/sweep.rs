@@ -152,7 +152,7 @@ fn page(results: &[(Case, Felt)]) -> anyhow::Result<String> {
     let mut text = format!("# Flush sweep\n\n{} cases of {METHOD}. ", results.len());
     let bars: Vec<String> =
         MEASURES.iter().zip(BARS).map(|((name, factor), bar)| format!("{name} ≤ {}", bar * factor)).collect();
-    writeln!(text, "Bars: {}.\n", bars.join(", "))?;
+    writeln!(text, "Limits: {}.\n", bars.join(", "))?;
     let passed = results.iter().filter(|(_, felt)| passes(felt)).count();
     writeln!(text, "{passed} of {} are within all limits.\n", results.len())?;
     let measures = MEASURES.map(|(name, _)| format!("{name}: median / p90 / max, passed"));
