@@ -1245,12 +1245,6 @@ pub const SHADING_SAME: f64 = 1.0 - 1e-9;
 /// leaves needles without shading.
 pub const SHADING_IN_FACE: f64 = 0.999_96;
 
-/// rad/m: two sides of a contact whose curvatures add up to less than this are flat.
-///
-/// The normals of a flat surface differ by rounding errors, about 1e-13 rad/m. A larger value would
-/// leave out surfaces with radii of kilometres, whose facets nobody feels.
-pub const SHADING_FLAT: f64 = 1e-6;
-
 /// The search for the triangle at a contact point examines at most this many triangles of a face.
 ///
 /// This limit bounds the time to a few microseconds per contact. Contacts on larger merged faces,
