@@ -1495,6 +1495,23 @@ pub const RELAX_DRIFT: f64 = 0.1;
 /// A smaller share could need more than [`COUPLING_ROUNDS`] rounds.
 pub const RELAX_LEAST: f64 = 0.02;
 
+/// From this round on, a tool's step searches along the line between guess and solution.
+///
+/// Two or three rounds settle nearly all steps, and a search costs as much as some rounds. With a
+/// larger value, fewer rounds are left after the first search.
+pub const SEARCH_FROM: u32 = 4;
+
+/// Largest number of guesses on a line that a search tries.
+///
+/// Three or four are usual. More only cost time.
+pub const SEARCH_TRIES: u32 = 10;
+
+/// A search ends where the slope is below this share of the slope at its beginning.
+///
+/// The next round solves again, so a smaller share only costs time. A larger one ends far from the
+/// lowest point.
+pub const SEARCH_SLOPE: f64 = 0.1;
+
 /// Relative to a contact's friction limit: a larger change of its friction causes another round of
 /// a tool's step.
 ///
