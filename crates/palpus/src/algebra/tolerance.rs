@@ -1252,12 +1252,6 @@ pub const SHADING_SAME: f64 = 1.0 - 1e-9;
 /// leaves needles without shading.
 pub const SHADING_IN_FACE: f64 = 0.999_96;
 
-/// rad/m: two sides of a contact whose curvatures add up to less than this are flat.
-///
-/// The normals of a flat surface differ by rounding errors, about 1e-13 rad/m. A larger value would
-/// leave out surfaces with radii of kilometres, whose facets nobody feels.
-pub const SHADING_FLAT: f64 = 1e-6;
-
 /// The search for the triangle at a contact point examines at most this many triangles of a face.
 ///
 /// This limit bounds the time to a few microseconds per contact. Contacts on larger merged faces,
@@ -1507,6 +1501,23 @@ pub const RELAX_DRIFT: f64 = 0.1;
 /// If friction lifts its body off the surface, the rounds converge with shares of a few hundredths.
 /// A smaller share could need more than [`COUPLING_ROUNDS`] rounds.
 pub const RELAX_LEAST: f64 = 0.02;
+
+/// From this round on, a tool's step searches along the line between guess and solution.
+///
+/// Two or three rounds settle nearly all steps, and a search costs as much as some rounds. With a
+/// larger value, fewer rounds are left after the first search.
+pub const SEARCH_FROM: u32 = 4;
+
+/// Largest number of guesses on a line that a search tries.
+///
+/// Three or four are usual. More only cost time.
+pub const SEARCH_TRIES: u32 = 10;
+
+/// A search ends where the slope is below this share of the slope at its beginning.
+///
+/// The next round solves again, so a smaller share only costs time. A larger one ends far from the
+/// lowest point.
+pub const SEARCH_SLOPE: f64 = 0.1;
 
 /// Relative to a contact's friction limit: a larger change of its friction causes another round of
 /// a tool's step.

@@ -4,14 +4,15 @@
 //! 1. Compute the curvature of each triangle: the largest rotation of the corner normals per
 //!    length, over its sides.
 //! 2. Compute the curvature of each corner: the mean over all corners of its vertex with equal
-//!    normals. So the curvature is equal on both sides of a smooth edge.
+//!    normals. So the curvature is equal on both sides of a smooth edge. The spread of a corner is
+//!    the largest distance between its normal and those of these triangles.
 //! 3. Find the creases: sides of triangles across which corner normals differ, or at which the mesh
 //!    ends, and the vertices of these sides.
 //!
 //! Per point:
 //! 4. Find the triangle nearest to the point, among the triangles on which the feature lies.
-//! 5. Return `None` if the vertex or edge is a crease. Otherwise interpolate normal and curvature
-//!    between the triangle's corners.
+//! 5. Return `None` if the vertex or edge is a crease. Otherwise interpolate normal, curvature
+//!    and spread between the triangle's corners.
 
 use glam::DVec3;
 
@@ -83,7 +84,8 @@ impl SmoothSurface {
         let corners = &self.corners[t as usize];
         let normal: DVec3 = corners.iter().zip(shares).map(|(corner, share)| share * corner.normal).sum();
         let curvature = corners.iter().zip(shares).map(|(corner, share)| share * corner.curvature).sum();
-        SmoothNormal { normal: normal.normalize_or(corners[extreme(shares)].normal), curvature }
+        let spread = corners.iter().zip(shares).map(|(corner, share)| share * corner.spread).sum();
+        SmoothNormal { normal: normal.normalize_or(corners[extreme(shares)].normal), curvature, spread }
     }
 
     /// Runs steps 1 and 2.
@@ -97,13 +99,18 @@ impl SmoothSurface {
                 turn(0).max(turn(1)).max(turn(2))
             })
             .collect();
-        self.corners.extend(normals.iter().map(|n| n.map(|normal| SmoothNormal { normal, curvature: 0.0 })));
+        self.corners
+            .extend(normals.iter().map(|n| n.map(|normal| SmoothNormal { normal, curvature: 0.0, spread: 0.0 })));
         for corners in at_vertex {
             for &(t, k) in corners {
                 let own = normals[t as usize][k];
                 let alike = corners.iter().filter(|&&(t, k)| same(normals[t as usize][k], own));
-                let (count, sum) = alike.fold((0.0, 0.0), |(n, sum), &(t, _)| (n + 1.0, sum + curvatures[t as usize]));
-                self.corners[t as usize][k].curvature = sum / count;
+                let (count, sum, spread) = alike.fold((0.0, 0.0, 0.0_f64), |(n, sum, spread), &(t, _)| {
+                    let off = mesh.triangle_normal(t).distance(own);
+                    (n + 1.0, sum + curvatures[t as usize], spread.max(off))
+                });
+                let corner = &mut self.corners[t as usize][k];
+                (corner.curvature, corner.spread) = (sum / count, spread);
             }
         }
     }

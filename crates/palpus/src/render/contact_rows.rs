@@ -199,6 +199,19 @@ impl ContactRows {
         normal_forces.chain(friction_forces).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 
+    /// Returns the impulse of the contacts on the tool, as in [`Self::impulse`], with the forces that
+    /// [`Self::revise`] predicted for this `twist`.
+    pub(super) fn predicted_impulse(&self, twist: &Twist, h: f64) -> Wrench {
+        let normal_forces = self.normal_rows.iter().filter(|row| row.predicted > 0.0);
+        let friction_forces = self.friction_rows.iter().filter(|row| row.secant > 0.0);
+        let pressing = normal_forces.map(|row| Wrench::of_force_at(row.normal * (h * row.predicted), row.offset));
+        let holding = friction_forces.map(|row| {
+            let strain = row.strain + twist.at(row.offset).reject_from_normalized(row.normal) * h;
+            Wrench::of_force_at(strain * (-row.secant * h), row.offset)
+        });
+        pressing.chain(holding).fold(Wrench::ZERO, |sum, given| sum + given)
+    }
+
     /// Returns the largest load that a contact with `stiffness` (N/m) would have alone at the
     /// end of the step, before load sharing, N.
     pub(super) fn pressed(&self, stiffness: f64) -> f64 {

@@ -14,7 +14,8 @@
 //! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. A
 //!    contact that would pull is left out. A contact that does not push yet is included if the step
 //!    brings the tool near enough. The system is solved again, in a bounded number of rounds, until
-//!    the set of pressing contacts does not change.
+//!    the set of pressing contacts does not change. In a close fit, a round may throw the tool into
+//!    the opposite wall; then the next round begins between the two (`world/line_search.rs`).
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, where c
 //!    is the contact's k_t while it sticks. While it slides, c is smaller, so that force and torque
 //!    together reach μ F_n. The same rounds determine c. Rounds that oscillate are relaxed

@@ -63,6 +63,7 @@ mod driven;
 mod free;
 mod held;
 mod islands;
+mod line_search;
 mod object;
 mod pair;
 mod relax;

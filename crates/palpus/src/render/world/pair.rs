@@ -236,6 +236,12 @@ impl Pair {
         self.rows.impulse(twist, h, self.lag())
     }
 
+    /// Returns the impulse of the contacts on a, as in [`Self::impulse`], with the forces that were
+    /// last predicted, for this `twist`.
+    pub(super) fn predicted_impulse(&self, twist: &Twist, h: f64) -> Wrench {
+        self.rows.predicted_impulse(twist, h)
+    }
+
     /// Predicts the contact forces if a moves with `twist` relative to b. Returns true if the
     /// set of pressing contacts or a friction force has changed.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {

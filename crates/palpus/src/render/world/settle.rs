@@ -9,7 +9,7 @@ use super::object::{Role, Thing};
 use super::pair::{Pair, relative_twist};
 use super::relax::Relaxation;
 use super::{NONE, World};
-use crate::algebra::tolerance::COUPLING_ROUNDS;
+use crate::algebra::tolerance::{COUPLING_ROUNDS, SEARCH_FROM};
 use crate::algebra::{SpatialMatrix, Twist, Wrench};
 use crate::render::ToolCounters;
 
@@ -96,6 +96,9 @@ impl World {
             if !self.predict(group, h, |_| true) {
                 return true;
             }
+            if (SEARCH_FROM..COUPLING_ROUNDS).contains(&round) && self.search(of.clone(), group, h) {
+                continue;
+            }
             if round < COUPLING_ROUNDS && relaxation.step(self, of.clone(), round) {
                 self.predict(group, h, |_| true);
             }
@@ -107,7 +110,7 @@ impl World {
 
     /// Predicts the contact forces of the `chosen` pairs of a group for the present twists. Returns
     /// true if the set of pressing contacts or a friction force has changed.
-    fn predict(&mut self, group: u32, h: f64, chosen: impl Fn(&Pair) -> bool) -> bool {
+    pub(super) fn predict(&mut self, group: u32, h: f64, chosen: impl Fn(&Pair) -> bool) -> bool {
         let mut news = false;
         for &k in &self.near {
             let pair = &mut self.pairs[k as usize];
@@ -251,7 +254,7 @@ impl World {
 
 /// Returns the velocity of the first body relative to the second body at the end of the step, about
 /// the first body's centre of mass.
-fn relative_to(things: &[Thing], [a, b]: [usize; 2]) -> Twist {
+pub(super) fn relative_to(things: &[Thing], [a, b]: [usize; 2]) -> Twist {
     let [a, b] = [&things[a], &things[b]];
     let known = |thing: &Thing| if thing.part.is_moved { thing.part.twist } else { thing.twist };
     relative_twist(&known(a), &known(b), a.center - b.center)
