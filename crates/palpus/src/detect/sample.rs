@@ -9,8 +9,9 @@
 //!    sorted by the side to which they face. Neighbours stay together. The rank is the bit-reversed
 //!    place in this order.
 //! 2. *Share*: a pair belongs to the sample if the rank of its piece is below the share. The share
-//!    follows from the number of touching pairs and changes slowly. Up to [`SAMPLE_PAIRS`] pairs,
-//!    all pairs belong to the sample.
+//!    follows from the number of touching pairs. While a contact presses, the share changes slowly,
+//!    but the sample never exceeds [`SAMPLE_MOST`] pairs. Up to [`SAMPLE_PAIRS`] pairs, all pairs
+//!    belong to the sample.
 //! 3. *Weight*: contacts with a rank near the share count less, so that they come and go gradually.
 //! 4. *Represented pairs*: any other pair is only bounded. While it presses no harder than the
 //!    sampled contacts of its direction, it is not measured ([`crate::collision::Represented`]). If

@@ -22,7 +22,10 @@
 //!
 //! A pair of pieces has one contact at its exact witness points. If the settings request patches,
 //! it has one contact for each corner of its *patch* ([`Patch`]), the region in which flush
-//! features touch.
+//! features touch. A flat face may consist of several pieces. If another face is nearly flush with
+//! it, each pair of their pieces that are apart has a patch
+//! ([`continued_normal`](crate::body::AdmissibleNormals::continued_normal)), although the closest
+//! points of most pairs lie inside the flat face, in a direction that is no normal of it.
 //!
 //! Contacts are in the order in which they began; after a jump, in the order of the descent. The
 //! same sequence of poses gives the same order.
