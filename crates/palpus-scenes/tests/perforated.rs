@@ -95,7 +95,11 @@ fn tilted_plate_lands_without_rocking() {
             last = Some((wrench.force, wrench.torque));
         }
         let [force, torque] = steps;
-        eprintln!("{degrees}°: overlap {:.2} µm, largest step {force:.3} N and {:.2} mN·m", 1e6 * deepest, 1e3 * torque);
+        eprintln!(
+            "{degrees}°: overlap {:.2} µm, largest step {force:.3} N and {:.2} mN·m",
+            1e6 * deepest,
+            1e3 * torque
+        );
         assert!(deepest <= 20e-6, "{degrees}°: the plates overlap by {deepest} m");
         assert!(force <= 0.3 && torque <= 3e-3, "{degrees}°: a step of {force} N and {torque} N·m");
     }

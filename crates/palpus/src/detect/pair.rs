@@ -25,10 +25,11 @@ impl PartSearch {
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
-        if is_surface(asked, leaf, &closest) {
+        let admitted = admits(asked, leaf, &closest);
+        if admitted == [true; 2] {
             return Found::Admissible(at_closest(leaf, &closest));
         }
-        let continued = |slope| on_continued(asked, leaf, &closest, slope);
+        let continued = |slope| on_continued(asked, leaf, &closest, admitted, slope);
         self.patch_slope.and_then(continued).map_or(Found::Nothing, Found::NearlyFlush)
     }
 
@@ -183,14 +184,9 @@ impl PartSearch {
     }
 }
 
-/// Returns true if the closest points lie on the surfaces of both meshes and their direction is a
-/// normal of both meshes there. Otherwise they belong to another pair of pieces, or are no contact.
-fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
-    admits(asked, leaf, closest) == [true; 2]
-}
-
 /// Returns for a and for b whether the closest point lies on the mesh and the direction of the
-/// closest points is a normal of the mesh there.
+/// closest points is a normal of the mesh there. If not, the points belong to another pair of
+/// pieces, or are no contact.
 fn admits(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> [bool; 2] {
     let Asked { a, b, place, .. } = asked;
     let Closest { point_a, point_b, normal, features, .. } = *closest;
@@ -203,7 +199,14 @@ fn admits(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> [bool; 2] {
 /// Returns the contact at the closest points of two pieces along the normal of a flat face that
 /// continues beyond one of the pieces ([`AdmissibleNormals::continued_normal`]). `None` if the
 /// other piece does not admit the direction of the closest points, or is not of such a face either.
-fn on_continued(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: f64) -> Option<Contact> {
+/// `admitted` is the result of [`admits`].
+fn on_continued(
+    asked: &Asked<'_>,
+    leaf: &LeafPair,
+    closest: &Closest,
+    admitted: [bool; 2],
+    slope: f64,
+) -> Option<Contact> {
     let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
     let [normals_a, normals_b] = asked.admissible_normals(leaf);
     let along_a = || {
@@ -211,7 +214,7 @@ fn on_continued(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: f6
         Some(-asked.place.vector(normals_a.continued_normal(features.a, outward, slope)?))
     };
     let along_b = || normals_b.continued_normal(features.b, normal, slope);
-    let flat = match admits(asked, leaf, closest) {
+    let flat = match admitted {
         [true, true] => return None,
         [false, true] => along_a()?,
         [true, false] => along_b()?,
@@ -224,5 +227,7 @@ fn on_continued(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: f6
 
 /// Returns true if a pair may have a contact.
 pub(super) fn may_touch(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: Option<f64>) -> bool {
-    is_surface(asked, leaf, closest) || slope.is_some_and(|slope| on_continued(asked, leaf, closest, slope).is_some())
+    let admitted = admits(asked, leaf, closest);
+    let continues = |slope| on_continued(asked, leaf, closest, admitted, slope).is_some();
+    admitted == [true; 2] || slope.is_some_and(continues)
 }

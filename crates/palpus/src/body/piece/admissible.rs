@@ -275,9 +275,11 @@ impl<'a> AdmissibleNormals<'a> {
     pub fn holds(&self, piece: &Piece, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         match feature {
             Feature::Face(face) => {
-                self.surface_face(face)
-                    .is_some_and(|own| own.whole || lies_on(piece.face_triangles(face), self.mesh, point))
-                    && self.polytope.plane(face).normal.dot(outward) > 0.0
+                let normal = self.polytope.plane(face).normal;
+                normal.dot(outward) > 0.0
+                    && self
+                        .surface_face(face)
+                        .is_some_and(|own| own.whole || lies_on(piece.face_triangles(face), self.mesh, normal, point))
             }
             Feature::Edge(edge) => self.edge_faces(edge, outward),
             Feature::Vertex(vertex) => self.vertex_admits(vertex, outward),
@@ -336,13 +338,13 @@ struct Sides {
     right: u32,
 }
 
-/// Returns true if `point` lies on one of the triangles. `point` must lie in their plane. If there
-/// are more than [`ADMISSIBLE_TRIANGLES`] triangles, the result is true without a test.
-fn lies_on(triangles: &[u32], mesh: &Mesh, point: DVec3) -> bool {
+/// Returns true if `point` lies on one of the triangles. `point` must lie in their plane, which has
+/// this unit normal. If there are more than [`ADMISSIBLE_TRIANGLES`] triangles, the result is true
+/// without a test.
+fn lies_on(triangles: &[u32], mesh: &Mesh, normal: DVec3, point: DVec3) -> bool {
     triangles.len() > ADMISSIBLE_TRIANGLES
         || triangles.iter().any(|&t| {
             let p = mesh.triangle_points(t);
-            let normal = mesh.triangle_normal(t);
             (0..3).all(|k| {
                 let along = p[(k + 1) % 3] - p[k];
                 normal.cross(along).dot(point - p[k]) >= -ADMISSIBLE_ANGLE * along.length_squared()
