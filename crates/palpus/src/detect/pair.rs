@@ -14,6 +14,21 @@ use crate::depth::{
 };
 
 impl PartSearch {
+    /// Returns the number of pairs within the tolerance that may touch: all of them, except pairs
+    /// of pieces that are apart and whose closest points are no contact.
+    pub(super) fn may_touch(&self, asked: &Asked<'_>) -> u32 {
+        let touches = |leaf: &&LeafPair| match &leaf.proximity {
+            Proximity::Disjoint(closest) => {
+                let admitted = admits(asked, leaf, closest);
+                let continues = |slope| on_continued(asked, leaf, closest, admitted, slope).is_some();
+                admitted == [true; 2] || self.patch_slope.is_some_and(continues)
+            }
+            Proximity::Overlapping(_) => !self.front.is_inadmissible(leaf),
+        };
+        let leaves = self.leaves.as_slice();
+        self.within() - (leaves.len() - leaves.iter().filter(touches).count()) as u32
+    }
+
     /// Finds the result of a leaf pair.
     pub(super) fn contact(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
         let closest = match leaf.proximity {
@@ -223,11 +238,4 @@ fn on_continued(
     let separation = distance * normal.dot(flat);
     let points = points_about(point_a.midpoint(point_b), flat, separation);
     Some(at(leaf, features, points, flat, separation))
-}
-
-/// Returns true if a pair may have a contact.
-pub(super) fn may_touch(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest, slope: Option<f64>) -> bool {
-    let admitted = admits(asked, leaf, closest);
-    let continues = |slope| on_continued(asked, leaf, closest, admitted, slope).is_some();
-    admitted == [true; 2] || slope.is_some_and(continues)
 }

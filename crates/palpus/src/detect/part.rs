@@ -11,14 +11,13 @@ use super::confirm::{confirmed, least_depth_is_confirmed};
 use super::exact::{Placed, nearest_on_meshes, slack};
 use super::found::{Found, at_closest};
 use super::held::HeldContacts;
-use super::pair::may_touch;
 use super::prover::Prover;
 use super::sample::Sample;
 use super::{Contact, Proof, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
 use crate::algebra::{Job, Pose, Quota, Work};
 use crate::body::Body;
-use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Thickness};
+use crate::collision::{Front, LeafPairs, PlacedPair, Proximity, Thickness};
 use crate::depth::{AdmissibleScratch, DepthScratch, Patch};
 
 /// A part of a query as a job: its search, the input of the query, and its results.
@@ -164,17 +163,6 @@ impl PartSearch {
     pub(super) fn within(&self) -> u32 {
         let [_, unvisited] = self.front.unvisited();
         (self.leaves.as_slice().len() + unvisited) as u32 + self.front.represented()
-    }
-
-    /// Returns the number of these pairs that may touch: all of them, except pairs of pieces that
-    /// are apart and whose closest points are not on both surfaces.
-    pub(super) fn may_touch(&self, asked: &Asked<'_>) -> u32 {
-        let touches = |leaf: &&LeafPair| match &leaf.proximity {
-            Proximity::Disjoint(closest) => may_touch(asked, leaf, closest, self.patch_slope),
-            Proximity::Overlapping(_) => !self.front.is_inadmissible(leaf),
-        };
-        let leaves = self.leaves.as_slice();
-        self.within() - (leaves.len() - leaves.iter().filter(touches).count()) as u32
     }
 
     /// Finds the contacts of the leaf pairs, and extrapolates those that the query did not visit.
