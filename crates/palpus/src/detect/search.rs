@@ -235,7 +235,8 @@ impl Search {
         let new = within.saturating_sub(self.within);
         let most = self.touching + new;
         self.within = within;
-        if self.holding && f64::from(new) > NEW_PAIRS * f64::from(within) && f64::from(most) > REST_FROM {
+        let many = f64::from(new) > NEW_PAIRS * f64::from(within) && f64::from(most) > REST_FROM;
+        if self.holding && (restarted || many) {
             let mut touching = 0;
             self.parts.each(|part| touching += part.search.may_touch(asked));
             self.set_touching(touching.min(most));
