@@ -13,11 +13,12 @@
 //!    the vector between the centres is along r_b n_b − r_a n_a. So the weight of each side is its
 //!    radius, 1 / curvature. A flat side determines the direction alone, and two equally curved
 //!    sides have equal weights.
-//!    Each side turns the true normal by at most the *spread* of its normals: the largest angle
-//!    between the smooth normal and the triangles around it. The true normal of two closest
-//!    features is within the spread of both sides. At a corner of a patch, two faces are only
-//!    nearly parallel, and the true normal may be outside. A flat side has no spread, because flat
-//!    faces approximate no other surface. So two flat sides leave the true normal as it is.
+//!    Each side turns the true normal by at most the sum of both sides' *spreads*. The spread is
+//!    the largest angle between the smooth normal and the triangles around it. The true normal of
+//!    two closest features is within the spread of both sides. At a corner of a patch, two faces
+//!    are only nearly parallel, and the true normal may be outside. A flat side has no spread,
+//!    because flat faces approximate no other surface. So two flat sides leave the true normal as
+//!    it is.
 //! 3. *Reduce* the weight of a side by its angle from the true normal: the factor is 1 within
 //!    half of `most_turn`, and falls to 0 at `most_turn`. The rest of the weight goes to the true
 //!    normal. So the result is within `most_turn` of the true normal. (A deep contact may lie on a
@@ -26,15 +27,16 @@
 //! **Continuity.** Within half of `most_turn`, the combination, before it is normalised, changes by
 //! at most
 //!
-//! |dn| + w_a (|dn_a| + |dσ_a|) + w_b (|dn_b| + |dσ_b|) + (|dκ_a| + |dκ_b|) (σ_a + σ_b) / (κ_a + κ_b)
+//! |dn| + w_a |dn_a| + w_b |dn_b| + |dσ| + 2 (|dκ_a| + |dκ_b|) σ / (κ_a + κ_b)
 //!
-//! with the true normal n, the smooth normals n_a and n_b, the weights w, the spreads σ and the
-//! curvatures κ. A vector that is shortened to a length changes by at most the sum of both changes,
-//! and shortening n_a − n instead of taking it whole does not increase the effect of n. The last
-//! term is that of the weights. Its fraction is a length: how far the mesh must be followed for
-//! the normals to turn by the spread, about one triangle. Spread and curvature fall to 0 together
-//! towards a flat face, and the fraction stays finite. The combination has at least the length
-//! cos(`most_turn` / 2), so the direction changes by at most this bound divided by the cosine.
+//! with the true normal n, the smooth normals n_a and n_b, the weights w, the sum of the spreads σ
+//! and the curvatures κ. A vector that is shortened to a length changes by at most the sum of both
+//! changes, and shortening n_a − n instead of taking it whole does not increase the effect of n.
+//! The last term is that of the weights. Its fraction is a length: how far the mesh must be
+//! followed for the normals to turn by the spread, about one triangle. Spread and curvature fall to
+//! 0 together towards a flat face, and the fraction stays finite. The combination has at least the
+//! length cos(`most_turn` / 2), so the direction changes by at most this bound divided by the
+//! cosine.
 //!
 //! Deviation: the paper only names Gouraud shading, and \[MS96\] treats a point against one
 //! surface. The rule for two surfaces is ours.
@@ -77,9 +79,10 @@ pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothN
             (1.0 - share_b, share_b)
         }
     };
+    let spread = [side_a, side_b].into_iter().flatten().map(|side| side.spread).sum();
     let mut direction = normal;
     for (side, sign, share) in [(side_a, -1.0, share_a), (side_b, 1.0, share_b)] {
-        if let Some(SmoothNormal { normal: outward, spread, .. }) = side {
+        if let Some(SmoothNormal { normal: outward, .. }) = side {
             let smooth = sign * outward;
             let turn = (smooth - normal).clamp_length_max(spread);
             direction += share * confidence(smooth, normal, most_turn) * turn;
@@ -183,13 +186,14 @@ mod tests {
                 shade(n, Some(SmoothNormal { normal: -a.normal, ..a }), Some(b), MOST)
             };
             let both = before[0].curvature + before[1].curvature;
+            let spread = |sides: &[SmoothNormal; 2]| sides[0].spread + sides[1].spread;
             let own = |k: usize| {
                 let (from, to) = (before[k], after[k]);
-                let turn = to.normal.distance(from.normal) + (to.spread - from.spread).abs();
-                let spreads = before[0].spread + before[1].spread;
-                before[1 - k].curvature / both * turn + (to.curvature - from.curvature) * spreads / both
+                let weights = 2.0 * (to.curvature - from.curvature) * spread(&before) / both;
+                before[1 - k].curvature / both * to.normal.distance(from.normal) + weights
             };
-            let bound = (n_after.distance(n) + own(0) + own(1)) / (0.5 * MOST).cos();
+            let wider = spread(&after) - spread(&before);
+            let bound = (n_after.distance(n) + own(0) + own(1) + wider) / (0.5 * MOST).cos();
             let moved = direction(n_after, after).distance(direction(n, before));
             assert!(moved <= bound + 1e-11, "seed {SEED:#x}, round {round}: {moved} above {bound}");
         }
