@@ -222,6 +222,12 @@ fn on_continued(
     admitted: [bool; 2],
     slope: f64,
 ) -> Option<Contact> {
+    let [a, b] = [(asked.a, leaf.piece_a), (asked.b, leaf.piece_b)]
+        .map(|(body, piece)| body.admissible().continues_beyond(piece));
+    // Most pieces of curved surfaces end here.
+    if !(admitted[0] || a) || !(admitted[1] || b) {
+        return None;
+    }
     let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
     let [normals_a, normals_b] = asked.admissible_normals(leaf);
     let along_a = || {

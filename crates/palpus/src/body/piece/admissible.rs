@@ -48,6 +48,8 @@ pub struct Admissible {
     /// For each vertex of each piece, the mesh vertex at the same position, or [`NONE`].
     corners: Vec<u32>,
     caps: Vec<Cap>,
+    /// For each piece, whether a flat face of the mesh continues beyond it.
+    continued: Vec<bool>,
     ring_starts: Vec<u32>,
     ring: Vec<u32>,
     /// Largest distance of the vertices of a planar face from its plane (m).
@@ -112,6 +114,13 @@ impl Admissible {
             // While the caps are computed, their list is empty.
             cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),
         }
+    }
+
+    /// Returns true if a flat face of the mesh continues beyond piece `k`. Otherwise
+    /// [`AdmissibleNormals::continued_normal`] is `None` for each of its edges.
+    #[inline]
+    pub(crate) fn continues_beyond(&self, k: u32) -> bool {
+        self.continued[k as usize]
     }
 
     /// Returns the largest number of arcs of a piece.

@@ -7,6 +7,7 @@
 //!    how the mesh bends at these sides. If the mesh bends outward, add an arc.
 //! 4. Find the mesh vertex at each vertex of a piece, and the neighbours of each mesh vertex.
 //! 5. Compute a cap around all admissible normals of each piece (`cap`).
+//! 6. Find the pieces beyond which a flat face of the mesh continues.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,7 +18,7 @@ use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE
 use crate::algebra::{Plane, Workers, both, map_in_order};
 use crate::body::decompose::facet::NONE;
 use crate::body::piece::face_area;
-use crate::body::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
+use crate::body::{Edge, EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 
 impl Admissible {
     /// Computes the admissible normals of all pieces. `noise` is the largest distance of the
@@ -52,7 +53,23 @@ impl Admissible {
         answer.pieces.push(Range::default());
         parts.into_iter().for_each(|part| answer.append(part));
         answer.find_caps(mesh, half_edges, polytopes, workers);
+        answer.find_continued(mesh, polytopes);
         answer
+    }
+
+    /// Does step 6.
+    fn find_continued(&mut self, mesh: &Mesh, polytopes: &[Polytope]) {
+        let continues = |(k, polytope): (usize, &Polytope)| {
+            let own = self.of(k as u32, polytope, mesh);
+            let ends_flat = |face: u32, edge: u32| {
+                let normal = polytope.plane(face).normal;
+                let Edge { tail, head, .. } = polytope.edge(edge);
+                let at = |v: u32| self.is_highest(mesh, own.corners[v as usize], normal);
+                own.arc_at(edge).is_none() && at(tail) && at(head)
+            };
+            own.faces().iter().any(|own| polytope.face_edges(own.face).iter().any(|edge| ends_flat(own.face, edge)))
+        };
+        self.continued = polytopes.iter().enumerate().map(continues).collect();
     }
 
     /// Computes the admissible normals of some of the pieces, without rings and caps.
