@@ -22,7 +22,7 @@ const HALF: f64 = 2e-3;
 /// Returns a plate with `holes` × `holes` square holes. Holes and bars are `width` (m) wide.
 fn plate(holes: usize, width: f64) -> Arc<Body> {
     let count = 2 * holes + 1;
-    let is_solid = |i: usize, j: usize| i < count && j < count && (i % 2 == 0 || j % 2 == 0);
+    let is_solid = |i: usize, j: usize| i < count && j < count && (i.is_multiple_of(2) || j.is_multiple_of(2));
     let mut soup = PolygonSoup::new();
     for top in [HALF, -HALF] {
         for j in 0..=count {
