@@ -117,7 +117,7 @@ impl Admissible {
     }
 
     /// Returns true if a flat face of the mesh continues beyond piece `k`. Otherwise
-    /// [`AdmissibleNormals::continued_normal`] is `None` for each of its edges.
+    /// [`AdmissibleNormals::continued_normal`] is `None` for each of its features.
     #[inline]
     pub(crate) fn continues_beyond(&self, k: u32) -> bool {
         self.continued[k as usize]

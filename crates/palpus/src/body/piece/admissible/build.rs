@@ -14,11 +14,11 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DQuat, DVec3};
 
 use super::{Admissible, Borrowed, Range, SurfaceArc, SurfaceFace, is_original};
-use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
+use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
 use crate::algebra::{Plane, Workers, both, map_in_order};
 use crate::body::decompose::facet::NONE;
 use crate::body::piece::face_area;
-use crate::body::{Edge, EdgeKind, HalfEdges, Mesh, Piece, Polytope};
+use crate::body::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 
 impl Admissible {
     /// Computes the admissible normals of all pieces. `noise` is the largest distance of the
@@ -57,17 +57,29 @@ impl Admissible {
         answer
     }
 
-    /// Does step 6.
+    /// Does step 6: a flat face continues beyond a piece if a neighbour of a vertex of a surface
+    /// face lies in the face's plane, but not between the face's sides at that vertex.
     fn find_continued(&mut self, mesh: &Mesh, polytopes: &[Polytope]) {
         let continues = |(k, polytope): (usize, &Polytope)| {
             let own = self.of(k as u32, polytope, mesh);
-            let ends_flat = |face: u32, edge: u32| {
-                let normal = polytope.plane(face).normal;
-                let Edge { tail, head, .. } = polytope.edge(edge);
-                let at = |v: u32| self.is_highest(mesh, own.corners[v as usize], normal);
-                own.arc_at(edge).is_none() && at(tail) && at(head)
-            };
-            own.faces().iter().any(|own| polytope.face_edges(own.face).iter().any(|edge| ends_flat(own.face, edge)))
+            own.faces().iter().any(|&SurfaceFace { face, .. }| {
+                let (normal, around) = (polytope.plane(face).normal, polytope.face_vertices(face));
+                let count = around.len();
+                (0..count).any(|i| {
+                    let at = |i: usize| around.at(i % count);
+                    let (v, [before, after]) = (own.corners[at(i) as usize], [at(i + count - 1), at(i + 1)]);
+                    let side = |w: u32| polytope.vertex(w) - polytope.vertex(at(i));
+                    let (before, after) = (side(before), side(after));
+                    let is_beyond = |edge: DVec3| {
+                        let slack = -ADMISSIBLE_ANGLE * edge.length();
+                        let is_flat = !self.rises(edge, normal) && !self.rises(edge, -normal);
+                        is_flat
+                            && (normal.dot(after.cross(edge)) < slack * after.length()
+                                || normal.dot(edge.cross(before)) < slack * before.length())
+                    };
+                    self.is_highest(mesh, v, normal) && self.edges(mesh, v).any(is_beyond)
+                })
+            })
         };
         self.continued = polytopes.iter().enumerate().map(continues).collect();
     }
