@@ -1,5 +1,5 @@
-//! Tests that contact through the coupling gives the hand no energy, and that the statistics report
-//! no energy.
+//! Tests that contact through the coupling gives the hand no energy, that the statistics report no
+//! energy, and that a ball joint turns without force steps.
 
 mod bodies;
 mod closed_loop;
@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use bodies::body;
 use closed_loop::{TICK, limits};
+use glam::DVec3;
 use judged::Judged;
 use palpus::algebra::NoClock;
 use palpus::force::FrictionSettings;
@@ -45,11 +46,15 @@ fn renderer(scene: &Scene) -> Renderer {
     Renderer::new(body(&scene.probe), body(&scene.environment), settings).expect("the settings are valid")
 }
 
-/// Reported and true energy of a run, J.
+/// Reported and true energy of a run, and what its contact was like.
 struct Account {
     said: RunStatistics,
     /// Largest true energy given to the hand at any time, J.
     most: f64,
+    /// Largest overlap of the tool, m.
+    deepest: f64,
+    /// Largest change of the rendered force in one tick, N.
+    force_step: f64,
 }
 
 /// Follows the scene's path with the whole loop and its safety chain.
@@ -61,17 +66,22 @@ fn run(name: &str, hand: HandImpedance, seconds: f64) -> Account {
     let device = SimulatedDevice::new(settings, move |time: f64| path.pose(time)).expect("the settings are valid");
     let mut device = Judged::new(device);
     let options = ServoOptions { timing: Timing::Simulated, duration: Some(seconds), ..ServoOptions::default() };
+    let (mut deepest, mut force_step, mut last) = (0.0_f64, 0.0_f64, DVec3::ZERO);
     let step = |state: &DeviceState, dt: f64| {
         let probe = ProbeState { pose_ba: state.pose, twist: state.twist };
-        StepOutcome::of(renderer.step(&probe, dt, &NoClock).commanded)
+        let tick = renderer.step(&probe, dt, &NoClock);
+        deepest = deepest.max(-tick.separation());
+        force_step = force_step.max(tick.commanded.force.distance(last));
+        last = tick.commanded.force;
+        StepOutcome::of(tick.commanded)
     };
     let said =
         Servo::new(options).expect("the options are valid").run(&mut device, step, &mut (), &AtomicBool::new(false));
-    Account { said, most: device.work.most }
+    Account { said, most: device.work.most, deepest, force_step }
 }
 
 fn assert_nothing_given(name: &str, hand: HandImpedance, seconds: f64) {
-    let Account { said, most } = run(name, hand, seconds);
+    let Account { said, most, .. } = run(name, hand, seconds);
     assert!(said.safety.faults() == 0, "{name}: {:?}", said.safety);
     assert!(most <= BAR, "{name}, {hand:?}: the true energy is {most} J");
     assert!(said.energy.highest <= BAR, "{name}, {hand:?}: reported {:?}, true {most} J", said.energy);
@@ -82,6 +92,15 @@ fn sliding_gives_the_hand_no_energy() {
     for name in ["pen-sphere", "rails", "box-rest"] {
         assert_nothing_given(name, HandImpedance::RELAXED, 3.0);
     }
+}
+
+/// The ball has contacts on all sides within its play. Without the line search between the rounds
+/// of a step, it ends deep in a wall in some ticks.
+#[test]
+fn turned_ball_stays_in_its_play() {
+    let Account { deepest, force_step, .. } = run("ball-joint", HandImpedance::NORMAL, 6.0);
+    assert!(deepest <= 20e-6, "the tool overlaps the socket by {deepest} m");
+    assert!(force_step <= 0.2, "a force step of {force_step} N");
 }
 
 #[test]

@@ -711,6 +711,13 @@ pub const SAMPLE_PAIRS: f64 = 160.0;
 /// all be at one side. A smaller value lets the force jump more often.
 pub const SAMPLE_MOST: f64 = 1.25 * SAMPLE_PAIRS;
 
+/// If more than this share of the pairs within the tolerance are new, the size of the sample is set
+/// before they are measured.
+///
+/// With a smaller value, pairs that slide along each other are counted more often, which costs
+/// time. With a larger one, a query may measure more pairs than the sample has.
+pub const NEW_PAIRS: f64 = 0.1;
+
 /// The contacts in the last part of the sample have smaller weights. This value is the size of that
 /// part, as a share of the sample.
 ///

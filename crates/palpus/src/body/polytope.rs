@@ -329,14 +329,14 @@ impl Polytope {
     /// else climbs from vertex `hint`.
     #[inline]
     pub fn support_from(&self, hint: u32, direction: DVec3) -> u32 {
-        self.directory.scan(direction).unwrap_or_else(|| self.climb(hint, direction).0)
+        self.support_point_from(hint, direction).0
     }
 
     /// As [`Self::support_from`], with the position of the vertex. If all vertices are tested, the
     /// position is in memory that was just read, and [`Self::vertex`] reads other memory.
     #[inline]
     pub(crate) fn support_point_from(&self, hint: u32, direction: DVec3) -> (u32, DVec3) {
-        self.directory.scan_point(direction).unwrap_or_else(|| {
+        self.directory.scan(direction).unwrap_or_else(|| {
             let v = self.climb(hint, direction).0;
             (v, self.vertex(v))
         })

@@ -44,7 +44,7 @@ use super::guard::Guard;
 use super::part::{Doubtful, Part, PartSearch, Task};
 use super::sample::Sample;
 use super::{Contact, QueryCounters, QuerySettings};
-use crate::algebra::tolerance::{DIVIDED_FROM, HELPED_WORK, REST_ALL, REST_FROM};
+use crate::algebra::tolerance::{DIVIDED_FROM, HELPED_WORK, NEW_PAIRS, REST_ALL, REST_FROM};
 use crate::algebra::{Clock, Placement, Pose, Quota, Rounds, Work};
 use crate::body::{Body, Hierarchy, NodeKind};
 use crate::collision::Thickness;
@@ -74,10 +74,6 @@ pub(super) struct Search {
     unseen_separation: f64,
     unexamined: f64,
 }
-
-/// If more than this share of the pairs within the tolerance are new, the size of the sample is set
-/// before they are measured.
-const NEW_PAIRS: f64 = 0.1;
 
 /// Capacity of the front, in node pairs. A spoon in a cup has hundreds, two scans of 30 000
 /// triangles have some thousands, and a nut on its thread has some ten thousands.

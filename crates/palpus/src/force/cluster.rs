@@ -234,9 +234,9 @@ impl Linkage {
     }
 
     /// Returns the tilt shares of the members, parallel to [`Self::members`], if contacts inside
-    /// flat faces were left out; otherwise an empty list.
-    pub fn tilt_shares(&self) -> &[f64] {
-        &self.shares
+    /// flat faces were left out. The shares cannot be computed from the members alone.
+    pub fn tilt_shares(&self) -> Option<&[f64]> {
+        (!self.kept.is_empty()).then_some(&self.shares)
     }
 
     /// Step 1. Collects at most twice the capacity of contacts. When the list is full, keeps the

@@ -246,6 +246,51 @@ fn contacts_above_capacity_are_counted_and_deepest_kept() {
     assert!(linkage.is_empty());
 }
 
+/// A flat square consists of tiles. Each tile is a patch with a corner at each of its vertices.
+#[test]
+fn contacts_inside_a_flat_face_are_left_out() {
+    const TILES: u32 = 12;
+    let at = |i: u32| f64::from(i) * 0.01;
+    let tiles = (0..TILES).flat_map(|i| (0..TILES).map(move |j| (i, j)));
+    let corners = tiles.flat_map(|(i, j)| [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| (i, j, i + x, j + y)));
+    let contacts: Vec<Contact> = corners
+        .map(|(i, j, x, y)| {
+            let place = DVec3::new(at(x), at(y), 0.0);
+            Contact { slope: 0.07, ..contact((i, j), place, DVec3::Z, -1e-5) }
+        })
+        .collect();
+    let mut linkage = Linkage::new(contacts.len());
+    let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
+    let counters = linkage.run(&contacts, &settings, |contact| contact.normal);
+    assert_eq!(counters.dropped, 0);
+    let (side, mut bearing) = (at(TILES), 0);
+    for (&i, &share) in linkage.members().iter().zip(linkage.tilt_shares().unwrap()) {
+        let place = contacts[i as usize].midpoint();
+        let is_corner = [place.x, place.y].iter().all(|&x| x == 0.0 || x == side);
+        // Along the rim, shares have rounding errors.
+        assert!((share - if is_corner { 0.25 } else { 0.0 }).abs() < 1e-9, "{place}: {share}");
+        bearing += usize::from(is_corner);
+    }
+    assert_eq!(bearing, 4);
+    assert!(linkage.run(&contacts, &PAPER, |contact| contact.normal).admitted > 4);
+    assert!(linkage.tilt_shares().is_none());
+}
+
+/// Contacts that represent many others are spread evenly; contacts that are hardly deeper are all
+/// at one side.
+#[test]
+fn contacts_that_represent_most_others_are_kept() {
+    let mut random = Random::new(SEED ^ 10);
+    let mut some = |range: std::ops::Range<u32>, count: f64, separation: f64| -> Vec<Contact> {
+        let one = |k| Contact { count, ..contact((k, k), random.point(0.05), DVec3::Z, separation) };
+        range.map(one).collect()
+    };
+    let contacts = [some(0..100, 0.5, -1e-5), some(100..120, 30.0, 1e-5)].concat();
+    let mut linkage = Linkage::new(200);
+    linkage.run(&contacts, &LinkageSettings { radius: 0.0, most: 40, ..PAPER }, |contact| contact.normal);
+    assert_eq!(linkage.members().iter().filter(|&&i| i >= 100).count(), 20, "seed {SEED:#x}");
+}
+
 #[test]
 fn deepest_and_differently_directed_contacts_are_kept() {
     let mut random = Random::new(SEED ^ 9);

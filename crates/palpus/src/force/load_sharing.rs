@@ -122,11 +122,11 @@ impl LoadSharing {
     /// a contact gets the share that it would have if all contacts up to `ahead` (m) beyond the
     /// nearest pushed.
     ///
-    /// `known` are the tilt shares of the contacts. If the list is empty, they are computed.
+    /// `known` are the tilt shares of the contacts; `None` if they are to be computed.
     ///
     /// The shares are in [`Self::shares`] until the next run.
-    pub fn run(&mut self, contacts: &[Tilted], known: &[f64], ahead: f64) -> &[f64] {
-        let tilts = if known.is_empty() { self.tilts.run(contacts) } else { known };
+    pub fn run(&mut self, contacts: &[Tilted], known: Option<&[f64]>, ahead: f64) -> &[f64] {
+        let tilts = known.unwrap_or_else(|| self.tilts.run(contacts));
         self.counts.clear();
         self.counts.extend(contacts.iter().zip(tilts).map(|(contact, tilt)| contact.count * tilt));
         self.look(contacts);
@@ -260,7 +260,7 @@ mod tests {
     /// Returns Σ wᵢ sᵢ nᵢ, the force for k = 1 N/m.
     fn push(contacts: &[Tilted]) -> DVec3 {
         let mut sharing = LoadSharing::new(contacts.len());
-        contacts.iter().zip(sharing.run(contacts, &[], 0.0)).map(|(c, share)| c.engagement * share * c.direction).sum()
+        contacts.iter().zip(sharing.run(contacts, None, 0.0)).map(|(c, share)| c.engagement * share * c.direction).sum()
     }
 
     #[test]
@@ -270,7 +270,7 @@ mod tests {
             let n = 1 + random.below(60);
             let contacts = some_contacts(&mut random, n);
             let mut sharing = LoadSharing::new(n);
-            let shares = sharing.run(&contacts, &[], 0.0);
+            let shares = sharing.run(&contacts, None, 0.0);
             for (one, share) in contacts.iter().zip(shares) {
                 let felt = |other: &Tilted| kernel(one.direction, other.direction) * other.engagement;
                 let most = contacts.iter().map(felt).fold(one.engagement, f64::max);
@@ -341,7 +341,7 @@ mod tests {
             let deepest = contacts.iter().map(|contact| contact.engagement).fold(0.0, f64::max);
             let mut sharing = LoadSharing::new(30);
             let sizes: f64 =
-                contacts.iter().zip(sharing.run(&contacts, &[], 0.0)).map(|(c, share)| c.engagement * share).sum();
+                contacts.iter().zip(sharing.run(&contacts, None, 0.0)).map(|(c, share)| c.engagement * share).sum();
             assert!(sizes <= deepest / least * (1.0 + 1e-12), "seed {SEED:#x}, round {round}");
         }
     }
@@ -350,7 +350,7 @@ mod tests {
     fn opposed_and_perpendicular_walls_are_independent() {
         for other in [DVec3::NEG_Y, DVec3::X] {
             let wall = |direction| single(direction, 1e-3);
-            assert_eq!(LoadSharing::new(2).run(&[wall(DVec3::Y), wall(other)], &[], 0.0), [1.0, 1.0]);
+            assert_eq!(LoadSharing::new(2).run(&[wall(DVec3::Y), wall(other)], None, 0.0), [1.0, 1.0]);
         }
     }
 

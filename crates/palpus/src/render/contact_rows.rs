@@ -69,6 +69,15 @@ struct FrictionRow {
     cluster: u32,
 }
 
+impl FrictionRow {
+    /// Returns the impulse of friction on the tool in a step of `h` seconds with `twist`, if force
+    /// and strain have the ratio `secant` (N/m).
+    fn impulse(&self, secant: f64, twist: &Twist, h: f64) -> Wrench {
+        let strain = self.strain + twist.at(self.offset).reject_from_normalized(self.normal) * h;
+        Wrench::of_force_at(strain * (-secant * h), self.offset)
+    }
+}
+
 impl ContactRows {
     /// Allocates memory for `capacity` contacts.
     pub(super) fn new(capacity: usize) -> Self {
@@ -192,23 +201,18 @@ impl ContactRows {
             let speed = row.normal.dot(twist.at(row.offset));
             Wrench::of_force_at(row.normal * (h * (row.force - row.stiffness * (h + lag) * speed)), row.offset)
         });
-        let friction_forces = self.friction_rows.iter().filter(|row| row.acting > 0.0).map(|row| {
-            let strain = row.strain + twist.at(row.offset).reject_from_normalized(row.normal) * h;
-            Wrench::of_force_at(strain * (-row.acting * h), row.offset)
-        });
+        let friction_forces = self.friction_rows.iter().filter(|row| row.acting > 0.0);
+        let friction_forces = friction_forces.map(|row| row.impulse(row.acting, twist, h));
         normal_forces.chain(friction_forces).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 
-    /// Returns the impulse of the contacts on the tool, as in [`Self::impulse`], with the forces that
-    /// [`Self::revise`] predicted for this `twist`.
+    /// Returns the impulse of the contacts on the tool, as in [`Self::impulse`], with the forces
+    /// that [`Self::revise`] predicted for this `twist`.
     pub(super) fn predicted_impulse(&self, twist: &Twist, h: f64) -> Wrench {
         let normal_forces = self.normal_rows.iter().filter(|row| row.predicted > 0.0);
         let friction_forces = self.friction_rows.iter().filter(|row| row.secant > 0.0);
         let pressing = normal_forces.map(|row| Wrench::of_force_at(row.normal * (h * row.predicted), row.offset));
-        let holding = friction_forces.map(|row| {
-            let strain = row.strain + twist.at(row.offset).reject_from_normalized(row.normal) * h;
-            Wrench::of_force_at(strain * (-row.secant * h), row.offset)
-        });
+        let holding = friction_forces.map(|row| row.impulse(row.secant, twist, h));
         pressing.chain(holding).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 

@@ -247,7 +247,7 @@ impl Truth {
         }
         let contact_offset = self.settings.contact_offset();
         let tilted: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, contact_offset)).collect();
-        let shares = self.sharing.run(&tilted, &[], 0.0);
+        let shares = self.sharing.run(&tilted, None, 0.0);
         let push = |(contact, share): (&Tilted, &f64)| {
             let force = contact.direction * (self.settings.stiffness * share * contact.engagement);
             Wrench::of_force_at(force, contact.place - pose.translation)

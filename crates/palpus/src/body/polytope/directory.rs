@@ -78,19 +78,10 @@ impl Directory {
         Self::Map { side: side as u32, starts: starts.into_boxed_slice() }
     }
 
-    /// Returns the support vertex along `direction` if the polytope is small; `None` if the
-    /// polytope has a map.
+    /// Returns the support vertex along `direction` and its position if the polytope is small;
+    /// `None` if the polytope has a map.
     #[inline]
-    pub(in crate::body) fn scan(&self, direction: DVec3) -> Option<u32> {
-        match self {
-            Self::Scan(fours) => Some(farthest(fours, direction)),
-            Self::Map { .. } => None,
-        }
-    }
-
-    /// As [`Self::scan`], with the position of the vertex.
-    #[inline]
-    pub(in crate::body) fn scan_point(&self, direction: DVec3) -> Option<(u32, DVec3)> {
+    pub(in crate::body) fn scan(&self, direction: DVec3) -> Option<(u32, DVec3)> {
         match self {
             Self::Scan(fours) => {
                 let v = farthest(fours, direction);

@@ -9,9 +9,9 @@
 //! Without friction, the step minimises a convex energy: that of inertia, coupling and pressing
 //! contacts. Along the line from guess to solution, its slope is the product of the unbalanced
 //! impulse and the direction of the line. If this slope is positive at the solution, the energy has
-//! its lowest point before the solution. This point, found by false position, is the
-//! next guess. So the energy falls in each round. With friction there is no energy, but the slope
-//! is defined in the same way.
+//! its lowest point before the solution. This point, found by false position, is the next guess. So
+//! the energy falls in each round. With friction there is no energy, but the slope is defined in
+//! the same way.
 
 use std::ops::Range;
 

@@ -13,7 +13,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3};
 
-use super::{Admissible, Borrowed, Range, SurfaceArc, SurfaceFace, is_original};
+use super::{Admissible, AdmissibleNormals, Borrowed, Range, SurfaceArc, SurfaceFace, is_original};
 use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
 use crate::algebra::{Plane, Workers, both, map_in_order};
 use crate::body::decompose::facet::NONE;
@@ -57,31 +57,34 @@ impl Admissible {
         answer
     }
 
-    /// Does step 6: a flat face continues beyond a piece if a neighbour of a vertex of a surface
-    /// face lies in the face's plane, but not between the face's sides at that vertex.
+    /// Does step 6.
     fn find_continued(&mut self, mesh: &Mesh, polytopes: &[Polytope]) {
         let continues = |(k, polytope): (usize, &Polytope)| {
             let own = self.of(k as u32, polytope, mesh);
-            own.faces().iter().any(|&SurfaceFace { face, .. }| {
-                let (normal, around) = (polytope.plane(face).normal, polytope.face_vertices(face));
-                let count = around.len();
-                (0..count).any(|i| {
-                    let at = |i: usize| around.at(i % count);
-                    let (v, [before, after]) = (own.corners[at(i) as usize], [at(i + count - 1), at(i + 1)]);
-                    let side = |w: u32| polytope.vertex(w) - polytope.vertex(at(i));
-                    let (before, after) = (side(before), side(after));
-                    let is_beyond = |edge: DVec3| {
-                        let slack = -ADMISSIBLE_ANGLE * edge.length();
-                        let is_flat = !self.rises(edge, normal) && !self.rises(edge, -normal);
-                        is_flat
-                            && (normal.dot(after.cross(edge)) < slack * after.length()
-                                || normal.dot(edge.cross(before)) < slack * before.length())
-                    };
-                    self.is_highest(mesh, v, normal) && self.edges(mesh, v).any(is_beyond)
-                })
+            own.faces().iter().any(|own_face| {
+                let count = polytope.face_vertices(own_face.face).len();
+                (0..count).any(|i| self.is_continued_at(&own, own_face.face, i))
             })
         };
         self.continued = polytopes.iter().enumerate().map(continues).collect();
+    }
+
+    /// Returns true if the mesh continues a surface face beyond its corner `i`: a neighbour of this
+    /// vertex lies in the face's plane, but not between the face's sides.
+    fn is_continued_at(&self, own: &AdmissibleNormals<'_>, face: u32, i: usize) -> bool {
+        let (polytope, around) = (own.polytope, own.polytope.face_vertices(face));
+        let (normal, count) = (polytope.plane(face).normal, around.len());
+        let at = |i: usize| around.at(i % count);
+        let side = |w: u32| polytope.vertex(w) - polytope.vertex(at(i));
+        let (before, after) = (side(at(i + count - 1)), side(at(i + 1)));
+        let is_beyond = |edge: DVec3| {
+            let slack = -ADMISSIBLE_ANGLE * edge.length();
+            normal.dot(after.cross(edge)) < slack * after.length()
+                || normal.dot(edge.cross(before)) < slack * before.length()
+        };
+        let is_flat = |edge: DVec3| !self.rises(edge, normal) && !self.rises(edge, -normal);
+        let v = own.corners[at(i) as usize];
+        self.is_highest(own.mesh, v, normal) && self.edges(own.mesh, v).any(|edge| is_flat(edge) && is_beyond(edge))
     }
 
     /// Computes the admissible normals of some of the pieces, without rings and caps.
