@@ -49,6 +49,10 @@ impl Cuts {
     /// Keeps the part that is deeper than `depth` (m) below `plane`. Returns false if nothing
     /// remains.
     pub(in crate::body) fn cut(&mut self, plane: Plane, depth: f64) -> bool {
+        // Most planes cut nothing off.
+        if self.polygon.iter().all(|p| plane.height(*p) + depth < 0.0) {
+            return !self.polygon.is_empty();
+        }
         self.clipped.clear();
         let n = self.polygon.len();
         for k in 0..n {

@@ -43,14 +43,15 @@ impl TrialFace {
         Self { corners, plane: Plane { normal, offset: normal.dot(a) }, slack, alive: true }
     }
 
-    /// Returns true if `p` is strictly above the plane of the face's `points`. The test is exact.
+    /// Returns true if `p` is strictly above the plane of the face, whose corners are indices into
+    /// `points`. The test is exact.
     #[inline]
-    pub(in crate::body) fn is_seen_from(&self, p: DVec3, points: [DVec3; 3]) -> bool {
+    pub(in crate::body) fn is_seen_from(&self, p: DVec3, points: &[DVec3]) -> bool {
         let height = self.plane.height(p);
         if height.abs() > self.slack {
             return height > 0.0;
         }
-        let [a, b, c] = points.map(|p| p.to_array());
+        let [a, b, c] = self.corners.map(|k| points[k as usize].to_array());
         robust::orient3d(coordinates(a), coordinates(b), coordinates(c), coordinates(p.to_array())) < 0.0
     }
 }
@@ -115,7 +116,7 @@ impl TrialHull {
         self.reach = self.reach.max(p.abs().max_element());
         let first_buried = self.buried.len();
         for k in 0..self.faces.len() {
-            if self.faces[k].alive && self.sees(p, &self.faces[k]) {
+            if self.faces[k].alive && self.faces[k].is_seen_from(p, &self.points) {
                 self.faces[k].alive = false;
                 self.buried.push(k as u32);
             }
@@ -176,10 +177,6 @@ impl TrialHull {
         }
         let old = self.buried[mark.buried..].iter().flat_map(|&k| self.faces[k as usize].corners);
         Some(Aabb::around(old.chain(mark.points as u32..self.points.len() as u32).map(|k| self.point(k))))
-    }
-
-    fn sees(&self, p: DVec3, face: &TrialFace) -> bool {
-        face.is_seen_from(p, face.corners.map(|k| self.point(k)))
     }
 
     /// Finds the horizon: the sides between faces removed since index `first` and remaining faces.

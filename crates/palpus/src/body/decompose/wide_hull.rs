@@ -310,8 +310,7 @@ impl WideHull {
     }
 
     fn sees(&self, p: DVec3, face: u32) -> bool {
-        let face = &self.faces[face as usize].face;
-        face.is_seen_from(p, face.corners.map(|k| self.points[k as usize]))
+        self.faces[face as usize].face.is_seen_from(p, &self.points)
     }
 
     /// Visits the faces around a corner until `visit` returns false.

@@ -209,36 +209,45 @@ fn assemble(
         places[v as usize] = place as u32;
     }
     let stays = |v: u32| places[v as usize] != NONE;
-    let mut loops = Vec::with_capacity(faces.founders.len());
+    let sides: u32 = valence.iter().sum();
+    let mut border = Vec::with_capacity(points.len());
+    let mut loops = Vec::with_capacity(sides as usize);
+    let mut loop_starts = Vec::with_capacity(faces.founders.len() + 1);
+    loop_starts.push(0);
     let mut planes = Vec::with_capacity(faces.founders.len());
     let mut spoilt = vec![false; faces.founders.len()];
     for (face, &(seed, normal)) in faces.founders.iter().enumerate() {
-        let Some(border) = border_from(shell, &faces.of, first_side[face]) else { return Ok(None) };
-        let Some(corners) = straightened(points, border, stays, normal, coplanar) else {
+        let begin = loops.len();
+        if !border_from(shell, &faces.of, first_side[face], &mut border) {
+            return Ok(None);
+        }
+        if !straightened(points, &mut border, stays, normal, coplanar, &mut loops) {
             spoilt[face] = true;
+            loops.truncate(begin);
             continue;
-        };
+        }
         // The plane of the first triangle supports the hull. If all corners of that triangle are
         // dropped, move the plane down to the remaining points.
         let founded = shell.triangles[seed as usize].into_iter().any(stays);
-        let supported = if founded { &corners } else { &kept };
+        let supported = if founded { &loops[begin..] } else { &kept };
         let offset = supported.iter().map(|&v| normal.dot(points[v as usize])).fold(f64::NEG_INFINITY, f64::max);
         planes.push(Plane { normal, offset });
-        loops.push(corners.iter().map(|&v| places[v as usize]).collect::<Vec<_>>());
+        loops[begin..].iter_mut().for_each(|v| *v = places[*v as usize]);
+        loop_starts.push(loops.len() as u32);
     }
     if spoilt.contains(&true) {
         return Err(spoilt);
     }
     let vertices = kept.iter().map(|&v| points[v as usize]).collect();
     let provenance = vec![Provenance::Original; planes.len()];
-    Ok(Polytope::from_faces(vertices, &loops, planes, provenance).ok().map(|polytope| (polytope, kept)))
+    Ok(Polytope::from_loops(vertices, loop_starts, loops, planes, provenance).ok().map(|polytope| (polytope, kept)))
 }
 
-/// Returns the vertices of a face's border, starting with the side `first` (triangle and corner).
-/// Returns `None` if the face has no border.
-fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize)) -> Option<Vec<u32>> {
-    let face = *face_of.get(first.0 as usize)?;
-    let mut border = Vec::new();
+/// Writes the vertices of a face's border into `border`, starting with the side `first` (triangle
+/// and corner). Returns false if the face has no border.
+fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize), border: &mut Vec<u32>) -> bool {
+    let Some(&face) = face_of.get(first.0 as usize) else { return false };
+    border.clear();
     let (mut t, mut k) = first;
     loop {
         border.push(shell.triangles[t as usize][k]);
@@ -250,34 +259,36 @@ fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize)) -> Option<Ve
                 break;
             }
             let head = shell.triangles[t as usize][k];
-            k = shell.triangles[across as usize].iter().position(|&v| v == head)?;
-            t = across;
+            let Some(corner) = shell.triangles[across as usize].iter().position(|&v| v == head) else { return false };
+            (t, k) = (across, corner);
         }
         if (t, k) == first {
-            return Some(border);
+            return true;
         }
         if border.len() > shell.triangles.len() {
-            return None;
+            return false;
         }
     }
 }
 
-/// Returns the corners of a border that stay. Returns `None` in two cases: the corners do not form
-/// a convex polygon about `normal`, or a dropped vertex does not lie on the side that replaces it.
-/// Both tests allow the merge distance.
+/// Appends the corners of a border that stay to `loops`. Returns false in two cases: the corners do
+/// not form a convex polygon about `normal`, or a dropped vertex does not lie on the side that
+/// replaces it. Both tests allow the merge distance.
 fn straightened(
     points: &[DVec3],
-    mut border: Vec<u32>,
+    border: &mut [u32],
     stays: impl Fn(u32) -> bool,
     normal: DVec3,
     coplanar: f64,
-) -> Option<Vec<u32>> {
-    let first = border.iter().position(|&v| stays(v))?;
+    loops: &mut Vec<u32>,
+) -> bool {
+    let Some(first) = border.iter().position(|&v| stays(v)) else { return false };
     border.rotate_left(first);
     let at = |v: u32| points[v as usize];
     // Distance of `v` to the left of the line from `tail` to `head`.
     let inside = |v: u32, tail: u32, head: u32| normal.dot(unit(at(head) - at(tail)).cross(at(v) - at(tail)));
-    let mut corners = vec![border[0]];
+    let begin = loops.len();
+    loops.push(border[0]);
     let mut dropped = 0;
     for k in 1..=border.len() {
         let head = border[k % border.len()];
@@ -289,20 +300,21 @@ fn straightened(
         // With exact coplanarity, dropped vertices lie exactly on the side. The test is then
         // skipped, because it could fail only by its own rounding errors.
         if coplanar > 0.0 && border[k - dropped..k].iter().any(|&v| inside(v, tail, head).abs() > coplanar) {
-            return None;
+            return false;
         }
         dropped = 0;
-        corners.push(head);
+        loops.push(head);
     }
-    corners.pop();
+    loops.pop();
+    let corners = &loops[begin..];
     let n = corners.len();
     if n < 3 {
-        return None;
+        return false;
     }
     let reflex = |k: usize| inside(corners[k], corners[(k + n - 1) % n], corners[(k + 1) % n]) > coplanar;
     if n > 3 && coplanar > 0.0 && (0..n).any(reflex) {
-        return None;
+        return false;
     }
     let area: DVec3 = corners[1..].windows(2).map(|side| cross_of(at(corners[0]), at(side[0]), at(side[1]))).sum();
-    (area.dot(normal) > 0.0).then_some(corners)
+    area.dot(normal) > 0.0
 }

@@ -71,7 +71,8 @@ struct Builder<'a> {
 pub(super) fn quickhull(points: &[DVec3], tetrahedron: [u32; 4]) -> Result<Shell, HullError> {
     let mut builder = Builder {
         points,
-        facets: Vec::new(),
+        // A hull of n points has at most 2n − 4 triangles.
+        facets: Vec::with_capacity(2 * points.len()),
         free: Vec::new(),
         next: vec![NONE; points.len()],
         starts: vec![NONE; points.len()],

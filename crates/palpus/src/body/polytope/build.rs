@@ -58,7 +58,7 @@ impl Polytope {
         }
         let mut edges: Vec<Edge> = Vec::with_capacity(loop_vertices.len() / 2);
         let mut loop_edges = Vec::with_capacity(loop_vertices.len());
-        let mut open = OpenEdges::new(vertices.len());
+        let mut open = OpenEdges::new(vertices.len(), loop_vertices.len() / 2);
         for f in 0..faces {
             let face = loop_vertices.get(loop_starts[f] as usize..loop_starts[f + 1] as usize).unwrap_or_default();
             let f = f as u32;
@@ -320,8 +320,10 @@ impl Topology {
                 twins[k] = before;
             }
         }
-        faces.clear();
-        onward.clear();
+        for list in [&mut *faces, onward] {
+            list.clear();
+            list.reserve(corners);
+        }
         for (f, ends) in self.loop_starts.windows(2).enumerate() {
             let (begin, end) = (ends[0] as usize, ends[1] as usize);
             // The next corner counter-clockwise lies across the edge that enters the vertex in this
@@ -348,6 +350,8 @@ impl Topology {
         all.clear();
         let ring_starts = self.loop_starts.len();
         let loops = ring_starts + vertices + 1;
+        let words = faces.div_ceil(FACES_A_WORD as usize);
+        all.reserve(loops + (2 + SPOKE) * corners + 4 * self.edges.len() + words);
         all.extend(self.loop_starts.iter().map(|start| loops as u32 + start));
         all.resize(loops, 0);
         all.extend_from_slice(&self.loop_vertices);
@@ -383,7 +387,7 @@ impl Topology {
             };
             (0..FACES_A_WORD as usize).fold(0, |bits, k| bits | bit(k))
         };
-        all.extend((0..faces.div_ceil(FACES_A_WORD as usize)).map(word));
+        all.extend((0..words).map(word));
         Ok(Lists {
             all: Numbers::new(all),
             ring_starts: ring_starts as u32,

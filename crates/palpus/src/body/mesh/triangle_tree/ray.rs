@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use super::TriangleTree;
+use super::{Stack, TriangleTree};
 use crate::algebra::tolerance;
 use crate::body::Aabb;
 
@@ -30,16 +30,32 @@ impl TriangleTree {
         mut visit: impl FnMut(RayHit) -> ControlFlow<(), f64>,
     ) -> ControlFlow<()> {
         let ray = Ray::new(origin, direction);
-        let limit = std::cell::Cell::new(limit);
-        self.descend(
-            |bounds| ray.meets_box(bounds, limit.get()),
-            |slot| {
-                if let Some(t) = ray.meets_triangle(&self.corners[slot]).filter(|&t| t <= limit.get()) {
-                    limit.set(visit(RayHit { triangle: self.ids[slot], t })?);
+        let mut limit = limit;
+        let mut stack = Stack::from_root(&self.nodes);
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index as usize];
+            if !ray.meets_box(&node.bounds, limit) {
+                continue;
+            }
+            if node.is_leaf() {
+                for slot in node.slots() {
+                    if let Some(t) = ray.meets_triangle(&self.corners[slot]).filter(|&t| t <= limit) {
+                        limit = visit(RayHit { triangle: self.ids[slot], t })?;
+                    }
                 }
-                ControlFlow::Continue(())
-            },
-        )
+                continue;
+            }
+            // An early hit lowers the limit.
+            let [first, second] = [index + 1, node.second];
+            let along = |child: u32| {
+                let Aabb { min, max } = self.nodes[child as usize].bounds;
+                direction.dot(min + max)
+            };
+            let (near, far) = if along(second) < along(first) { (second, first) } else { (first, second) };
+            stack.push(far);
+            stack.push(near);
+        }
+        ControlFlow::Continue(())
     }
 }
 

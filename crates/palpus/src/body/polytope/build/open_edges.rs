@@ -13,8 +13,9 @@ pub(super) struct OpenEdges {
 impl OpenEdges {
     const END: u32 = u32::MAX;
 
-    pub(super) fn new(vertices: usize) -> Self {
-        Self { first: vec![Self::END; vertices], next: Vec::new() }
+    /// Returns an empty list for this number of vertices, with memory for `edges` edges.
+    pub(super) fn new(vertices: usize, edges: usize) -> Self {
+        Self { first: vec![Self::END; vertices], next: Vec::with_capacity(edges) }
     }
 
     /// Removes the open edge `tail → head` and returns it; `None` if this edge is not open.
