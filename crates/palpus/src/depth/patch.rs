@@ -73,10 +73,16 @@ pub struct Corner {
 #[derive(Clone, Debug)]
 pub struct Patch {
     outlines: [Outlines; 2],
-    clipped: [[DVec2; 2 * PATCH_SIDES]; 2],
-    found: [Found; PATCH_CORNERS],
-    count: usize,
+    found: FoundCorners,
     corners: Vec<Corner>,
+}
+
+/// The corners found so far, and working memory to clip outlines.
+#[derive(Clone, Debug)]
+struct FoundCorners {
+    list: [Found; PATCH_CORNERS],
+    count: usize,
+    clipped: [[DVec2; 2 * PATCH_SIDES]; 2],
 }
 
 /// A corner in the contact frame.
@@ -100,9 +106,11 @@ impl Patch {
         };
         Self {
             outlines: [Outlines::NONE; 2],
-            clipped: [[DVec2::ZERO; 2 * PATCH_SIDES]; 2],
-            found: [nowhere; PATCH_CORNERS],
-            count: 0,
+            found: FoundCorners {
+                list: [nowhere; PATCH_CORNERS],
+                count: 0,
+                clipped: [[DVec2::ZERO; 2 * PATCH_SIDES]; 2],
+            },
             corners: Vec::with_capacity(PATCH_CORNERS),
         }
     }
@@ -124,7 +132,7 @@ impl Patch {
     ) -> f64 {
         let separation = touch.normal.dot(touch.point_a - touch.point_b);
         let frame = Frame::about(touch);
-        self.count = 0;
+        self.found.count = 0;
         self.corners.clear();
         self.corners.push(Corner { midpoint: frame.origin, separation, features: touch.features });
         let [outlines_a, outlines_b] = &mut self.outlines;
@@ -135,11 +143,10 @@ impl Patch {
         outlines_b.gather(b, touch.features.b, &frame, 1.0, slope);
         let slope = outlines_a.slope.min(outlines_b.slope);
         let rounding = PATCH_SAME * Cso { a, b, pose_ba }.size();
-        for i in 0..self.outlines[0].count {
-            for j in 0..self.outlines[1].count {
-                let (first, second) = (self.outlines[0].list()[i], self.outlines[1].list()[j]);
-                self.overlap(&first, &second, rounding);
-                self.beside(&first, &second, slope, rounding);
+        for first in outlines_a.list() {
+            for second in outlines_b.list() {
+                self.found.overlap(first, second, rounding);
+                self.found.beside(first, second, slope, rounding);
             }
         }
         self.write(&frame, separation, within, rounding);
@@ -149,6 +156,35 @@ impl Patch {
     /// Returns the corners of the last patch.
     pub fn corners(&self) -> &[Corner] {
         &self.corners
+    }
+
+    /// Writes the corners whose separation is less than `within`. The first is the deepest corner
+    /// if it is as deep as the witness, else the witness.
+    fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
+        let found = self.found.list();
+        let corner = |found: &Found| {
+            let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
+            // A gap must not be less than the separation. The computed gap can be less, because the
+            // planes of merged faces are exact only within the flatness tolerance.
+            Corner { midpoint, separation: found.gap.max(separation), features: found.features }
+        };
+        let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));
+        let Some(deepest) = deepest else { return };
+        if found[deepest].gap <= separation + rounding {
+            self.corners[0] = Corner { separation, ..corner(&found[deepest]) };
+        }
+        let is_written = found[deepest].gap <= separation + rounding;
+        for (k, other) in found.iter().enumerate() {
+            if !(is_written && k == deepest) && other.gap < within {
+                self.corners.push(corner(other));
+            }
+        }
+    }
+}
+
+impl FoundCorners {
+    fn list(&self) -> &[Found] {
+        &self.list[..self.count]
     }
 
     /// Does step 2 of the module's list.
@@ -163,15 +199,15 @@ impl Patch {
         let (cut, knife) = if b.is_segment() { (b, a) } else { (a, b) };
         let mut count = cut.count;
         self.clipped[0][..count].copy_from_slice(cut.corners());
-        let corners = knife.corners();
-        for (k, &from) in corners.iter().enumerate() {
-            let along = corners[(k + 1) % corners.len()] - from;
-            let [points, kept] = &mut self.clipped;
-            count = clip(&points[..count], kept, |p| along.perp_dot(p - from), DVec2::lerp);
-            self.clipped.swap(0, 1);
+        let mut now = 0;
+        for side in (0..knife.count).map(|k| knife.side(k)) {
+            let [even, odd] = &mut self.clipped;
+            let (points, kept) = if now == 0 { (even, odd) } else { (odd, even) };
+            count = clip(&points[..count], kept, |p| side.inward(p), DVec2::lerp);
+            now = 1 - now;
         }
         for k in 0..count {
-            self.add(a, b, self.clipped[0][k], 0.0, rounding);
+            self.add(a, b, self.clipped[now][k], 0.0, rounding);
         }
     }
 
@@ -226,36 +262,13 @@ impl Patch {
         let found =
             Found { place, height: 0.5 * (above + below), gap, features: FeaturePair { a: a.feature, b: b.feature } };
         let same = |known: &&mut Found| known.place.distance_squared(place) <= rounding * rounding;
-        if let Some(known) = self.found[..self.count].iter_mut().find(same) {
+        if let Some(known) = self.list[..self.count].iter_mut().find(same) {
             if gap < known.gap {
                 *known = found;
             }
-        } else if self.count < self.found.len() {
-            self.found[self.count] = found;
+        } else if self.count < self.list.len() {
+            self.list[self.count] = found;
             self.count += 1;
-        }
-    }
-
-    /// Writes the corners whose separation is less than `within`. The first is the deepest corner
-    /// if it is as deep as the witness, else the witness.
-    fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
-        let found = &self.found[..self.count];
-        let corner = |found: &Found| {
-            let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
-            // A gap must not be less than the separation. The computed gap can be less, because the
-            // planes of merged faces are exact only within the flatness tolerance.
-            Corner { midpoint, separation: found.gap.max(separation), features: found.features }
-        };
-        let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));
-        let Some(deepest) = deepest else { return };
-        if found[deepest].gap <= separation + rounding {
-            self.corners[0] = Corner { separation, ..corner(&found[deepest]) };
-        }
-        let is_written = found[deepest].gap <= separation + rounding;
-        for (k, other) in found.iter().enumerate() {
-            if !(is_written && k == deepest) && other.gap < within {
-                self.corners.push(corner(other));
-            }
         }
     }
 }

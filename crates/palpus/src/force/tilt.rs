@@ -242,9 +242,14 @@ fn bound(one: &Tilted, other: &Tilted, [x, y]: [DVec3; 2]) -> Bound {
     if higher >= reach || one.direction.dot(other.direction) <= 0.0 {
         return Bound::None;
     }
-    let turned = one.direction.cross(other.direction).length();
     let lighter = if one.engagement > 0.0 { (1.0 - other.engagement / one.engagement).max(0.0) } else { 0.0 };
-    let offset = higher / reach + turned / one.slope + lighter * lighter * lighter;
+    let (higher, lighter) = (higher / reach, lighter * lighter * lighter);
+    // Most contacts end here. The sum in another order differs only in its rounding.
+    if higher + lighter >= 1.0 + f64::EPSILON * 4.0 {
+        return Bound::None;
+    }
+    let turned = one.direction.cross(other.direction).length();
+    let offset = higher + turned / one.slope + lighter;
     if offset >= 1.0 {
         Bound::None
     } else if offset <= -1.0 {

@@ -113,28 +113,28 @@ impl Outline {
 
     pub(super) fn side(&self, k: usize) -> Side {
         let from = self.corners[k];
-        Side { from, along: self.corners[(k + 1) % self.count] - from }
+        let next = if k + 1 == self.count { 0 } else { k + 1 };
+        Side { from, along: self.corners[next] - from }
     }
 
-    /// Returns the outline of a face. `turned` is true for a face whose loop runs clockwise about
-    /// the normal.
-    fn of_face(polytope: &Polytope, face: u32, frame: &Frame, turned: bool) -> Self {
-        let mut outline = Self { feature: Feature::Face(face), ..Self::NONE };
+    /// Replaces this outline by that of a face. `turned` is true for a face whose loop runs
+    /// clockwise about the normal.
+    fn set_face(&mut self, polytope: &Polytope, face: u32, frame: &Frame, turned: bool) {
+        (self.feature, self.count) = (Feature::Face(face), 0);
         let corners = polytope.face_vertices(face);
         let stride = corners.len().div_ceil(PATCH_SIDES);
         for k in (0..corners.len()).step_by(stride) {
             let place = frame.point(polytope.vertex(corners.at(k)));
-            outline.corners[outline.count] = place.truncate();
-            outline.count += 1;
+            self.corners[self.count] = place.truncate();
+            self.count += 1;
         }
         if turned {
-            outline.corners[..outline.count].reverse();
+            self.corners[..self.count].reverse();
         }
         let plane = polytope.plane(face);
         let normal = frame.vector(plane.normal);
-        outline.rise = -normal.truncate() / normal.z;
-        outline.height = -plane.height(frame.origin) / normal.z;
-        outline
+        self.rise = -normal.truncate() / normal.z;
+        self.height = -plane.height(frame.origin) / normal.z;
     }
 
     /// Returns the outline of an edge. `None` if the edge is perpendicular to the contact plane.
@@ -184,7 +184,7 @@ impl Outlines {
             self.slope = left_out.sqrt();
         }
         for &(face, _) in faces.iter().take(PATCH_FACES) {
-            self.list[self.count] = Outline::of_face(polytope, face, frame, outward < 0.0);
+            self.list[self.count].set_face(polytope, face, frame, outward < 0.0);
             self.count += 1;
         }
         if self.count == 0 {
