@@ -134,7 +134,7 @@ fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
 /// body except the triangles `own`. If the body is closed, the point must also be inside it.
 fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
     let denies = |triangle: u32| own.binary_search(&triangle).is_err();
-    body.tree().nearest_among(point, depth, denies).is_none() && (!body.mesh().is_closed() || body.tree().inside(point))
+    body.tree().some_within(point, depth, denies).is_none() && (!body.mesh().is_closed() || body.tree().inside(point))
 }
 
 /// Returns the replacement of `contact`: a contact from the deeper witness point of `contact` to

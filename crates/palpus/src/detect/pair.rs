@@ -15,7 +15,7 @@ use crate::depth::{
 
 impl PartSearch {
     /// Returns the number of pairs within the tolerance that may touch: all of them, except pairs
-    /// of pieces that are apart and whose closest points are no contact.
+    /// of pieces that are apart and whose closest points are not a contact.
     pub(super) fn may_touch(&self, asked: &Asked<'_>) -> u32 {
         let touches = |leaf: &&LeafPair| match &leaf.proximity {
             Proximity::Disjoint(closest) => {
@@ -201,7 +201,7 @@ impl PartSearch {
 
 /// Returns for a and for b whether the closest point lies on the mesh and the direction of the
 /// closest points is a normal of the mesh there. If not, the points belong to another pair of
-/// pieces, or are no contact.
+/// pieces, or are not a contact.
 fn admits(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> [bool; 2] {
     let Asked { a, b, place, .. } = asked;
     let Closest { point_a, point_b, normal, features, .. } = *closest;

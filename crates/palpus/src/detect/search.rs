@@ -25,7 +25,7 @@
 //! features touch. A flat face may consist of several pieces. If another face is nearly flush with
 //! it, each pair of their pieces that are apart has a patch
 //! ([`continued_normal`](crate::body::AdmissibleNormals::continued_normal)), although the closest
-//! points of most pairs lie inside the flat face, in a direction that is no normal of it.
+//! points of most pairs lie inside the flat face, in a direction that is not its normal.
 //!
 //! Contacts are in the order in which they began; after a jump, in the order of the descent. The
 //! same sequence of poses gives the same order.

@@ -236,15 +236,18 @@ fn is_at(one: &Tilted, other: &Tilted) -> bool {
 fn bound(one: &Tilted, other: &Tilted, [x, y]: [DVec3; 2]) -> Bound {
     let between = other.place - one.place;
     let across = DVec2::new(x.dot(between), y.dot(between));
-    let length = across.length();
     let higher = other.separation - one.separation;
-    let reach = one.slope * length;
-    if higher >= reach || one.direction.dot(other.direction) <= 0.0 {
+    let squared = across.length_squared();
+    // Most contacts end here, without a root.
+    let is_high = higher >= 0.0 && higher * higher >= one.slope * one.slope * squared;
+    if is_high || one.direction.dot(other.direction) <= 0.0 {
         return Bound::None;
     }
+    let length = squared.sqrt();
+    let reach = one.slope * length;
     let lighter = if one.engagement > 0.0 { (1.0 - other.engagement / one.engagement).max(0.0) } else { 0.0 };
     let (higher, lighter) = (higher / reach, lighter * lighter * lighter);
-    // Most contacts end here. The sum in another order differs only in its rounding.
+    // The sum in another order differs only in its rounding.
     if higher + lighter >= 1.0 + f64::EPSILON * 4.0 {
         return Bound::None;
     }

@@ -204,7 +204,7 @@ impl Step {
             if length <= noise {
                 return None;
             }
-            let Some(nearer) = tree.some_within(self.at(length), self.promise(length)) else {
+            let Some(nearer) = tree.some_within(self.at(length), self.promise(length), |_| true) else {
                 return Some((length, near));
             };
             near = nearer;

@@ -26,12 +26,6 @@ impl TriangleTree {
     /// Returns the point of the surface nearest to `p`; `None` if its distance is not less than
     /// `limit`.
     pub fn nearest_within(&self, p: DVec3, limit: f64) -> Option<SurfacePoint> {
-        self.nearest_among(p, limit, |_| true)
-    }
-
-    /// Searches like [`Self::nearest_within`], but only in the triangles for which `counts` returns
-    /// true.
-    pub(crate) fn nearest_among(&self, p: DVec3, limit: f64, counts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
         let mut best = None;
         let mut best_squared = limit * limit;
         let mut stack = Stack::from_root(&self.nodes);
@@ -52,7 +46,7 @@ impl TriangleTree {
                 let [a, b, c] = self.corners[slot];
                 let point = closest_on_triangle(p, a, b, c);
                 let squared = point.distance_squared(p);
-                if squared < best_squared && counts(self.ids[slot]) {
+                if squared < best_squared {
                     best_squared = squared;
                     best = Some(SurfacePoint { triangle: self.ids[slot], point, distance: squared.sqrt() });
                 }
@@ -62,18 +56,20 @@ impl TriangleTree {
     }
 
     /// Returns some point of the surface that is nearer to `p` than `limit`; `None` if no point is
-    /// nearer. The point is usually close to the nearest one, but the search is cheaper.
-    pub(in crate::body) fn some_within(&self, p: DVec3, limit: f64) -> Option<DVec3> {
+    /// nearer. Only the triangles for which `counts` returns true are searched. The point is
+    /// usually close to the nearest one, but the search is cheaper.
+    pub(crate) fn some_within(&self, p: DVec3, limit: f64, counts: impl Fn(u32) -> bool) -> Option<DVec3> {
         let mut best = None;
         let mut best_squared = limit * limit;
         let mut stack = Stack::from_root(&self.nodes);
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index as usize];
             if node.is_leaf() {
-                for [a, b, c] in &self.corners[node.slots()] {
-                    let point = closest_on_triangle(p, *a, *b, *c);
+                for slot in node.slots() {
+                    let [a, b, c] = self.corners[slot];
+                    let point = closest_on_triangle(p, a, b, c);
                     let squared = point.distance_squared(p);
-                    if squared < best_squared {
+                    if squared < best_squared && counts(self.ids[slot]) {
                         best_squared = squared;
                         best = Some(point);
                     }
