@@ -222,18 +222,16 @@ fn on_continued(
     admitted: [bool; 2],
     slope: f64,
 ) -> Option<Contact> {
-    let [a, b] = [(asked.a, leaf.piece_a), (asked.b, leaf.piece_b)]
-        .map(|(body, piece)| body.admissible().continues_beyond(piece));
+    let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
+    let outward = asked.place.inverse_vector(-normal);
     // Most pieces of curved surfaces end here.
-    if !(admitted[0] || a) || !(admitted[1] || b) {
+    if !(admitted[0] || asked.a.admissible().may_continue(leaf.piece_a, outward, slope))
+        || !(admitted[1] || asked.b.admissible().may_continue(leaf.piece_b, normal, slope))
+    {
         return None;
     }
-    let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
     let [normals_a, normals_b] = asked.admissible_normals(leaf);
-    let along_a = || {
-        let outward = asked.place.inverse_vector(-normal);
-        Some(-asked.place.vector(normals_a.continued_normal(features.a, outward, slope)?))
-    };
+    let along_a = || Some(-asked.place.vector(normals_a.continued_normal(features.a, outward, slope)?));
     let along_b = || normals_b.continued_normal(features.b, normal, slope);
     let flat = match admitted {
         [true, true] => return None,

@@ -48,10 +48,13 @@ pub struct Admissible {
     /// For each vertex of each piece, the mesh vertex at the same position, or [`NONE`].
     corners: Vec<u32>,
     caps: Vec<Cap>,
-    /// For each piece, whether a flat face of the mesh continues beyond it.
-    continued: Vec<bool>,
-    ring_starts: Vec<u32>,
-    ring: Vec<u32>,
+    /// For each piece, a cap around the normals of the flat faces of the mesh that continue beyond
+    /// the piece.
+    continued: Vec<Cap>,
+    /// The vectors from mesh vertex `v` to its neighbours are
+    /// `edges[edge_starts[v] .. edge_starts[v + 1]]`.
+    edge_starts: Vec<u32>,
+    edges: Vec<DVec3>,
     /// Largest distance of the vertices of a planar face from its plane (m).
     noise: f64,
 }
@@ -116,11 +119,15 @@ impl Admissible {
         }
     }
 
-    /// Returns true if a flat face of the mesh continues beyond piece `k`. Otherwise
-    /// [`AdmissibleNormals::continued_normal`] is `None` for each of its features.
+    /// Returns true if a flat face of the mesh may continue beyond piece `k`, with a normal that
+    /// differs from `outward` (unit, in the piece's frame) by less than `slope` (tangent of the
+    /// angle). Otherwise [`AdmissibleNormals::continued_normal`] is `None` for each feature of the
+    /// piece.
     #[inline]
-    pub(crate) fn continues_beyond(&self, k: u32) -> bool {
-        self.continued[k as usize]
+    pub(crate) fn may_continue(&self, k: u32, outward: DVec3, slope: f64) -> bool {
+        // The cosine falls by at most the sine of the added angle, which is less than its tangent.
+        let Cap { axis, least } = self.continued[k as usize];
+        axis.dot(outward) >= least - slope
     }
 
     /// Returns the largest number of arcs of a piece.
@@ -130,21 +137,21 @@ impl Admissible {
 
     /// Returns true if no neighbour of mesh vertex `v` is higher than `v` along `outward`, within
     /// [`ADMISSIBLE_ANGLE`] and the noise.
-    fn is_highest(&self, mesh: &Mesh, v: u32, outward: DVec3) -> bool {
-        v != NONE && self.edges(mesh, v).all(|edge| !self.rises(edge, outward))
+    fn is_highest(&self, v: u32, outward: DVec3) -> bool {
+        v != NONE && self.edges(v).iter().all(|&edge| !self.rises(edge, outward))
     }
 
     /// Returns true if no neighbour of mesh vertex `v` is higher than `v` along `normal`, and each
     /// neighbour that is higher along `outward` lies in the plane with this normal.
-    fn continues(&self, mesh: &Mesh, v: u32, normal: DVec3, outward: DVec3) -> bool {
-        let is_flat = |edge| !self.rises(edge, normal) && (edge.dot(outward) <= 0.0 || !self.rises(edge, -normal));
-        v != NONE && self.edges(mesh, v).all(is_flat)
+    fn continues(&self, v: u32, normal: DVec3, outward: DVec3) -> bool {
+        let is_flat =
+            |&edge: &DVec3| !self.rises(edge, normal) && (edge.dot(outward) <= 0.0 || !self.rises(edge, -normal));
+        v != NONE && self.edges(v).iter().all(is_flat)
     }
 
     /// Returns the vectors from mesh vertex `v` to its neighbours.
-    fn edges<'m>(&'m self, mesh: &'m Mesh, v: u32) -> impl Iterator<Item = DVec3> + 'm {
-        let ring = &self.ring[self.ring_starts[v as usize] as usize..self.ring_starts[v as usize + 1] as usize];
-        ring.iter().map(move |&w| mesh.vertices()[w as usize] - mesh.vertices()[v as usize])
+    fn edges(&self, v: u32) -> &[DVec3] {
+        &self.edges[self.edge_starts[v as usize] as usize..self.edge_starts[v as usize + 1] as usize]
     }
 
     /// Returns true if `edge` rises along `outward` by more than [`ADMISSIBLE_ANGLE`] and the
@@ -300,7 +307,7 @@ impl<'a> AdmissibleNormals<'a> {
     /// neighbouring mesh vertex is higher along `direction`. `direction` must be a unit vector in
     /// the piece's frame and a support direction at the vertex.
     pub fn vertex_admits(&self, vertex: u32, direction: DVec3) -> bool {
-        self.vertex_faces(vertex, direction) && self.all.is_highest(self.mesh, self.corners[vertex as usize], direction)
+        self.all.is_highest(self.corners[vertex as usize], direction) && self.vertex_faces(vertex, direction)
     }
 
     /// Returns the normal of a surface face at `feature` whose plane the mesh continues beyond the
@@ -318,7 +325,7 @@ impl<'a> AdmissibleNormals<'a> {
             let is_near = upright > 0.0 && (outward - normal * upright).length() < slope * upright;
             let is_flat = is_near
                 && self.surface_face(face).is_some()
-                && vertices.iter().all(|&v| self.all.continues(self.mesh, self.corners[v as usize], normal, outward));
+                && vertices.iter().all(|&v| self.all.continues(self.corners[v as usize], normal, outward));
             is_flat.then_some(normal)
         };
         match feature {

@@ -39,7 +39,7 @@ impl AdmissibleNormals<'_> {
             if least <= SLACK {
                 return 0.0;
             }
-            least = least.min(self.angle_to_vertex(v, direction));
+            least = least.min(self.angle_to_vertex(v, direction, least));
         }
         least - SLACK
     }
@@ -54,22 +54,21 @@ impl AdmissibleNormals<'_> {
     }
 
     /// Returns the bound for the directions of a vertex; infinite if the vertex has no admissible
-    /// directions.
-    fn angle_to_vertex(&self, vertex: u32, direction: DVec3) -> f64 {
+    /// directions, or if the bound is not below `least`.
+    fn angle_to_vertex(&self, vertex: u32, direction: DVec3, least: f64) -> f64 {
         let corner = self.corners[vertex as usize];
         if corner == NONE {
             return f64::INFINITY;
         }
+        let mut highest = f64::NEG_INFINITY;
+        for edge in self.all.edges(corner) {
+            highest = highest.max((edge.dot(direction) - self.all.noise) / edge.length());
+            if highest >= least {
+                return f64::INFINITY;
+            }
+        }
         let own = self.polytope.ring(vertex).iter().filter(|spoke| self.surface_face(spoke.left).is_some());
         let facing = own.map(|spoke| self.polytope.plane(spoke.left).normal.dot(direction)).reduce(f64::max);
-        let Some(facing) = facing else { return f64::INFINITY };
-        let (mesh, all) = (self.mesh, self.all);
-        let at = mesh.vertices()[corner as usize];
-        let ring = all.ring_starts[corner as usize] as usize..all.ring_starts[corner as usize + 1] as usize;
-        let highest = all.ring[ring].iter().map(|&w| {
-            let edge = mesh.vertices()[w as usize] - at;
-            (edge.dot(direction) - all.noise) / edge.length()
-        });
-        highest.fold(-facing, f64::max)
+        facing.map_or(f64::INFINITY, |facing| highest.max(-facing))
     }
 }

@@ -7,13 +7,13 @@
 //!    how the mesh bends at these sides. If the mesh bends outward, add an arc.
 //! 4. Find the mesh vertex at each vertex of a piece, and the neighbours of each mesh vertex.
 //! 5. Compute a cap around all admissible normals of each piece (`cap`).
-//! 6. Find the pieces beyond which a flat face of the mesh continues.
+//! 6. For each piece, find the flat faces of the mesh that continue beyond it.
 
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3};
 
-use super::{Admissible, AdmissibleNormals, Borrowed, Range, SurfaceArc, SurfaceFace, is_original};
+use super::{Admissible, AdmissibleNormals, Borrowed, Cap, Range, SurfaceArc, SurfaceFace, is_original};
 use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
 use crate::algebra::{Plane, Workers, both, map_in_order};
 use crate::body::decompose::facet::NONE;
@@ -37,7 +37,7 @@ impl Admissible {
             Self::of_some(&source, &polytopes[some.clone()], &pieces[some])
         };
         let parts = || map_in_order(workers, pieces.len().div_ceil(OWNERS_PER_PART), 1, batch, &mut |_| ());
-        let (parts, (ring_starts, ring)) = both(workers, parts, || rings(mesh));
+        let (parts, (edge_starts, edges)) = both(workers, parts, || edges_of(mesh));
         let sum = |of: fn(&Self) -> usize| parts.iter().map(of).sum();
         let mut answer = Self {
             noise: ON_FACE * noise,
@@ -46,27 +46,31 @@ impl Admissible {
             borrowed: Vec::with_capacity(sum(|part| part.borrowed.len())),
             arcs: Vec::with_capacity(sum(|part| part.arcs.len())),
             corners: Vec::with_capacity(sum(|part| part.corners.len())),
-            ring_starts,
-            ring,
+            edge_starts,
+            edges,
             ..Self::default()
         };
         answer.pieces.push(Range::default());
         parts.into_iter().for_each(|part| answer.append(part));
         answer.find_caps(mesh, half_edges, polytopes, workers);
-        answer.find_continued(mesh, polytopes);
+        answer.find_continued(mesh, polytopes, workers);
         answer
     }
 
     /// Does step 6.
-    fn find_continued(&mut self, mesh: &Mesh, polytopes: &[Polytope]) {
-        let continues = |(k, polytope): (usize, &Polytope)| {
+    fn find_continued(&mut self, mesh: &Mesh, polytopes: &[Polytope], workers: &dyn Workers) {
+        let around = |k: usize| {
+            let polytope = &polytopes[k];
             let own = self.of(k as u32, polytope, mesh);
-            own.faces().iter().any(|own_face| {
-                let count = polytope.face_vertices(own_face.face).len();
-                (0..count).any(|i| self.is_continued_at(&own, own_face.face, i))
-            })
+            let continues = |face: u32| {
+                let count = polytope.face_vertices(face).len();
+                (0..count).any(|i| self.is_continued_at(&own, face, i))
+            };
+            let faces = own.faces().iter().map(|own_face| own_face.face).filter(|&face| continues(face));
+            let normals: Vec<DVec3> = faces.map(|face| polytope.plane(face).normal).collect();
+            Cap::around(&normals)
         };
-        self.continued = polytopes.iter().enumerate().map(continues).collect();
+        self.continued = map_in_order(workers, polytopes.len(), OWNERS_PER_PART, around, &mut |_| ());
     }
 
     /// Returns true if the mesh continues a surface face beyond its corner `i`: a neighbour of this
@@ -84,7 +88,7 @@ impl Admissible {
         };
         let is_flat = |edge: DVec3| !self.rises(edge, normal) && !self.rises(edge, -normal);
         let v = own.corners[at(i) as usize];
-        self.is_highest(own.mesh, v, normal) && self.edges(own.mesh, v).any(|edge| is_flat(edge) && is_beyond(edge))
+        self.is_highest(v, normal) && self.edges(v).iter().any(|&edge| is_flat(edge) && is_beyond(edge))
     }
 
     /// Computes the admissible normals of some of the pieces, without rings and caps.
@@ -318,9 +322,9 @@ fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u3
     }));
 }
 
-/// Returns the neighbours of each mesh vertex in ascending order, as two flat arrays: the start of
-/// each vertex's entries, and all entries.
-fn rings(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
+/// Returns the vectors from each mesh vertex to its neighbours, in ascending order of the
+/// neighbours, as two flat arrays: the start of each vertex's entries, and all entries.
+fn edges_of(mesh: &Mesh) -> (Vec<u32>, Vec<DVec3>) {
     let sides = || mesh.triangles().iter().flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
     // Does a counting sort of the two ends of each side. A neighbour occurs once for each side that
     // leads to it.
@@ -342,19 +346,15 @@ fn rings(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
     }
     let mut starts = Vec::with_capacity(next.len());
     starts.push(0);
-    let mut kept = 0;
-    for ends in next.windows(2) {
+    // In a closed mesh, each edge has two sides.
+    let mut edges = Vec::with_capacity(ring.len() / 2);
+    for (v, ends) in next.windows(2).enumerate() {
         let (from, to) = (ends[0] as usize, ends[1] as usize);
         ring[from..to].sort_unstable();
-        for k in from..to {
-            if k == from || ring[k] != ring[k - 1] {
-                ring[kept] = ring[k];
-                kept += 1;
-            }
-        }
-        starts.push(kept as u32);
+        let neighbours = ring[from..to].chunk_by(|w, x| w == x).map(|same| mesh.vertices()[same[0] as usize]);
+        edges.extend(neighbours.map(|neighbour| neighbour - mesh.vertices()[v]));
+        starts.push(edges.len() as u32);
     }
-    ring.truncate(kept);
-    ring.shrink_to_fit();
-    (starts, ring)
+    edges.shrink_to_fit();
+    (starts, edges)
 }

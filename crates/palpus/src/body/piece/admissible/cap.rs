@@ -35,6 +35,19 @@ impl Cap {
     /// The cap of all directions.
     pub(super) const WHOLE: Self = Self { axis: DVec3::Z, least: -2.0 };
 
+    /// The cap of no direction.
+    const EMPTY: Self = Self { axis: DVec3::Z, least: 2.0 };
+
+    /// Returns a cap that contains the unit vectors `directions`.
+    pub(super) fn around(directions: &[DVec3]) -> Self {
+        if directions.is_empty() {
+            return Self::EMPTY;
+        }
+        let axis = directions.iter().sum::<DVec3>().normalize_or_zero();
+        let least = directions.iter().map(|direction| axis.dot(*direction)).fold(1.0, f64::min);
+        if axis == DVec3::ZERO { Self::WHOLE } else { Self { axis, least: least - CAP_SLACK } }
+    }
+
     /// Returns this cap with another axis.
     #[inline]
     pub fn about(self, axis: DVec3) -> Self {
@@ -86,17 +99,15 @@ impl Admissible {
                 continue;
             }
             let Some((most, narrow)) = around.most(corner, axis) else { return Cap::WHOLE };
-            least = least.max(most.acos() + 2.0 * self.slack(around.mesh, corner) / narrow);
+            least = least.max(most.acos() + 2.0 * self.slack(corner) / narrow);
         }
         let least = (least + CAP_SLACK).cos();
         if least.is_nan() || least < CAP_LEAST { Cap::WHOLE } else { Cap { axis, least } }
     }
 
     /// Returns the elevation (rad) by which a neighbour of mesh vertex `v` may be higher than `v`.
-    fn slack(&self, mesh: &Mesh, v: u32) -> f64 {
-        let at = mesh.vertices()[v as usize];
-        let ring = &self.ring[self.ring_starts[v as usize] as usize..self.ring_starts[v as usize + 1] as usize];
-        let shortest = ring.iter().map(|&w| mesh.vertices()[w as usize].distance(at)).fold(f64::INFINITY, f64::min);
+    fn slack(&self, v: u32) -> f64 {
+        let shortest = self.edges(v).iter().map(|edge| edge.length()).fold(f64::INFINITY, f64::min);
         ADMISSIBLE_ANGLE + self.noise / shortest
     }
 }
