@@ -37,8 +37,8 @@
 use glam::DVec3;
 
 use super::Contact;
-use super::asked::Asked;
 use super::memory::PairMemory;
+use super::query_input::QueryInput;
 use crate::algebra::tolerance::{CONFIRMED_EDGE_SHARE, CONFIRMED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
@@ -49,12 +49,12 @@ use crate::body::{Body, Feature, FeaturePair, Polytope};
 /// Two edges that share an admissible normal may lie side by side without crossing. Then the
 /// contact acts at the point that confirms the depth, or at the middle if both points confirm it.
 /// So the tip of a tool above a plate is not pushed at a distant edge of the plate.
-pub(super) fn confirmed(asked: &Asked<'_>, contact: &Contact, facing: &Contact) -> Option<Contact> {
-    let (depth, points) = (-contact.separation, on_features(asked, facing));
+pub(super) fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Contact) -> Option<Contact> {
+    let (depth, points) = (-contact.separation, on_features(input, facing));
     let out = depth * contact.normal;
     let beside = points[0] + out - points[1];
-    let crossing = TOUCHING * asked.b.mesh().bounding_diagonal();
-    let mut confirming = confirming(asked, points, [&[]; 2], CONFIRMED_SHARE * depth);
+    let crossing = TOUCHING * input.b.mesh().bounding_diagonal();
+    let mut confirming = confirming(input, points, [&[]; 2], CONFIRMED_SHARE * depth);
     if !are_edges(contact) || beside.length() <= crossing {
         return confirming.any(|confirms| confirms).then_some(*contact);
     }
@@ -72,8 +72,8 @@ pub(super) fn confirmed(asked: &Asked<'_>, contact: &Contact, facing: &Contact) 
 ///
 /// For two edges the required distance is smaller: if a point of an edge lies D beyond another
 /// edge, the faces at these edges are nearer than D.
-pub(super) fn least_depth_is_confirmed(asked: &Asked<'_>, contact: &Contact) -> bool {
-    let Asked { a, b, tolerance, .. } = *asked;
+pub(super) fn least_depth_is_confirmed(input: &QueryInput<'_>, contact: &Contact) -> bool {
+    let QueryInput { a, b, tolerance, .. } = *input;
     let depth = -contact.separation;
     if depth <= tolerance || a.polytopes().len() == 1 && b.polytopes().len() == 1 {
         return true;
@@ -81,7 +81,7 @@ pub(super) fn least_depth_is_confirmed(asked: &Asked<'_>, contact: &Contact) -> 
     let share = if are_edges(contact) { CONFIRMED_EDGE_SHARE } else { CONFIRMED_SHARE };
     let own = [(a, contact.piece_a), (b, contact.piece_b)];
     let own = own.map(|(body, piece)| body.pieces()[piece as usize].triangles());
-    confirming(asked, on_features(asked, contact), own, share * depth).any(|confirms| confirms)
+    confirming(input, on_features(input, contact), own, share * depth).any(|confirms| confirms)
 }
 
 fn are_edges(contact: &Contact) -> bool {
@@ -92,12 +92,12 @@ fn are_edges(contact: &Contact) -> bool {
 /// away from its surface. The triangles `own` of each body do not count. Between two open bodies
 /// each point confirms the depth.
 fn confirming<'q>(
-    asked: &'q Asked<'_>,
+    input: &'q QueryInput<'_>,
     [point_a, point_b]: [DVec3; 2],
     [own_a, own_b]: [&'q [u32]; 2],
     depth: f64,
 ) -> impl Iterator<Item = bool> + 'q {
-    let Asked { a, b, place, .. } = asked;
+    let QueryInput { a, b, place, .. } = input;
     let open = !a.mesh().is_closed() && !b.mesh().is_closed();
     let points = [(b, own_b, point_a), (a, own_a, place.inverse_point(point_b))];
     points.into_iter().map(move |(body, own, point)| open || lies_within(body, own, point, depth))
@@ -105,10 +105,10 @@ fn confirming<'q>(
 
 /// Returns the points of the contact's features nearest to its witness points, in b's frame.
 /// Witness points may lie beside their features.
-fn on_features(asked: &Asked<'_>, contact: &Contact) -> [DVec3; 2] {
-    let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
-    let point_a = on_feature(piece_a, contact.features.a, asked.place.inverse_point(contact.point_a));
-    [asked.place.point(point_a), on_feature(piece_b, contact.features.b, contact.point_b)]
+fn on_features(input: &QueryInput<'_>, contact: &Contact) -> [DVec3; 2] {
+    let (piece_a, piece_b) = input.pieces(contact.piece_a, contact.piece_b);
+    let point_a = on_feature(piece_a, contact.features.a, input.place.inverse_point(contact.point_a));
+    [input.place.point(point_a), on_feature(piece_b, contact.features.b, contact.point_b)]
 }
 
 fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
@@ -139,9 +139,9 @@ fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
 
 /// Returns the replacement of `contact`: a contact from the deeper witness point of `contact` to
 /// the nearest surface. `None` if neither point is inside the other body.
-pub(super) fn replacement(asked: &Asked<'_>, contact: &Contact) -> Option<Contact> {
-    let Asked { a, b, place, .. } = asked;
-    let [point_a, point_b] = on_features(asked, contact);
+pub(super) fn replacement(input: &QueryInput<'_>, contact: &Contact) -> Option<Contact> {
+    let QueryInput { a, b, place, .. } = input;
+    let [point_a, point_b] = on_features(input, contact);
     let of_a = to_surface(b, point_a).map(|out| (out, [point_a, point_a + out]));
     // If b's point has to leave a, then a moves in the opposite direction.
     let out_of_a = to_surface(a, place.inverse_point(point_b)).map(|out| -place.vector(out));
@@ -199,7 +199,7 @@ impl LastOverlap {
 
     /// Returns the replacement of the stored contact at the present pose. `None` if neither of its
     /// witness points is inside the other body now.
-    pub(super) fn still(&self, asked: &Asked<'_>) -> Option<Contact> {
-        replacement(asked, &self.contact?.extrapolate(&asked.place))
+    pub(super) fn still(&self, input: &QueryInput<'_>) -> Option<Contact> {
+        replacement(input, &self.contact?.extrapolate(&input.place))
     }
 }

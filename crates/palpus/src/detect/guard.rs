@@ -25,8 +25,8 @@
 use glam::{DQuat, DVec3, DVec4};
 
 use super::Contact;
-use super::asked::Asked;
 use super::memory::PairMemory;
+use super::query_input::QueryInput;
 use crate::algebra::tolerance::{COPLANAR, GUARD_HOLD, GUARD_STEP, GUARD_SUB_STEPS, TURNED_OVER};
 use crate::algebra::{Placement, Pose};
 use crate::body::Polytope;
@@ -92,16 +92,16 @@ impl Guard {
     /// pose.
     pub(super) fn trace<'c>(
         &mut self,
-        asked: &Asked<'_>,
+        input: &QueryInput<'_>,
         contacts: impl Iterator<Item = &'c Contact>,
         from: &Placement,
     ) {
-        let to = &asked.place;
+        let to = &input.place;
         self.before.clear();
         self.pose = *from;
         for contact in contacts.take(self.capacity) {
             self.before.push(*contact);
-            let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
+            let (piece_a, piece_b) = input.pieces(contact.piece_a, contact.piece_b);
             let (point_a, point_b) = (from.inverse_point(contact.point_a), contact.point_b);
             let by_a = leaves_behind(piece_b, contact.point_a, to.point(point_a), contact.normal);
             let down = -to.inverse_vector(contact.normal);
@@ -150,14 +150,14 @@ impl Guard {
 
     /// Replaces the contacts of listed pairs in `contacts` by contacts on their sides. Returns the
     /// number of added contacts.
-    pub(super) fn hold(&mut self, asked: &Asked<'_>, contacts: &mut Vec<Contact>) -> u32 {
+    pub(super) fn hold(&mut self, input: &QueryInput<'_>, contacts: &mut Vec<Contact>) -> u32 {
         let mut held = 0;
         self.sides.retain_mut(|side| {
             let found = contacts.iter().position(|c| [c.piece_a, c.piece_b] == side.contact.pieces);
             if found.is_some_and(|k| contacts[k].normal.dot(side.normal) > 0.0) {
                 return false;
             }
-            let Some(contact) = side.contact(asked) else { return false };
+            let Some(contact) = side.contact(input) else { return false };
             match found {
                 Some(k) => contacts[k] = contact,
                 None if contacts.len() < self.capacity => contacts.push(contact),
@@ -172,9 +172,9 @@ impl Guard {
 
 impl KeptSide {
     /// Returns the contact on this side at the present pose; `None` if the side is dropped.
-    fn contact(&mut self, asked: &Asked<'_>) -> Option<Contact> {
-        let Asked { place, tolerance, .. } = asked;
-        let (piece_a, piece_b) = asked.pieces(self.contact.pieces[0], self.contact.pieces[1]);
+    fn contact(&mut self, input: &QueryInput<'_>) -> Option<Contact> {
+        let QueryInput { place, tolerance, .. } = input;
+        let (piece_a, piece_b) = input.pieces(self.contact.pieces[0], self.contact.pieces[1]);
         let normal = self.normal;
         let down = -place.inverse_vector(normal);
         let separation;

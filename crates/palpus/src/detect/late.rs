@@ -4,9 +4,9 @@
 use glam::DVec3;
 
 use super::QueryCounters;
-use super::asked::Asked;
 use super::found::Found;
 use super::part::PartSearch;
+use super::query_input::QueryInput;
 use crate::algebra::tolerance::{REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL};
 use crate::collision::{Closest, LeafPair, Proximity, Represented, support_gap};
 use crate::depth::admissible_bound;
@@ -15,7 +15,7 @@ impl PartSearch {
     /// Extrapolates the contacts of the leaf pairs from index `first` on, because the quota is
     /// spent.
     #[cold]
-    pub(super) fn hold_the_rest(&mut self, asked: &Asked<'_>, first: usize, counters: &mut QueryCounters) {
+    pub(super) fn hold_the_rest(&mut self, input: &QueryInput<'_>, first: usize, counters: &mut QueryCounters) {
         // Pairs whose wake time has come are first in the list and not part of the rotation. The
         // next query continues the rotation where this quota ended.
         let mut resumed = false;
@@ -25,12 +25,12 @@ impl PartSearch {
             let left = count - k - 1;
             counters.traversal.postponed += 1;
             let Some(place) = leaf.place else {
-                self.answer_unheld(asked, &leaf, left, counters);
+                self.answer_unheld(input, &leaf, left, counters);
                 continue;
             };
-            match self.hold(asked, place, [leaf.piece_a, leaf.piece_b], left) {
+            match self.hold(input, place, [leaf.piece_a, leaf.piece_b], left) {
                 Some(held) => counters.held += held,
-                None => self.answer_unheld(asked, &leaf, left, counters),
+                None => self.answer_unheld(input, &leaf, left, counters),
             }
             if !resumed {
                 self.resume = Some(place);
@@ -40,11 +40,11 @@ impl PartSearch {
     }
 
     /// Extrapolates the contacts of the pairs that were not marched.
-    pub(super) fn hold_unvisited(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) {
+    pub(super) fn hold_unvisited(&mut self, input: &QueryInput<'_>, counters: &mut QueryCounters) {
         let [late, all] = self.front.unvisited();
         for k in 0..all {
             let (place, pieces) = self.front.unvisited_pair(k);
-            match self.hold(asked, place, pieces, 0) {
+            match self.hold(input, place, pieces, 0) {
                 Some(held) => counters.held += if k < late { held } else { 0 },
                 None => {
                     debug_assert!(k < late, "a resting pair has stored contacts");
@@ -61,9 +61,9 @@ impl PartSearch {
     /// Adds a pair's extrapolated contacts of the last tick. Leaves room for one contact of each of
     /// the `left` remaining pairs. Returns the number of added contacts; `None` if the pair is not
     /// stored.
-    fn hold(&mut self, asked: &Asked<'_>, place: u32, pieces: [u32; 2], left: usize) -> Option<u32> {
+    fn hold(&mut self, input: &QueryInput<'_>, place: u32, pieces: [u32; 2], left: usize) -> Option<u32> {
         let most = self.capacity - left;
-        let held = self.held.carry(place, pieces, &asked.place, asked.tolerance, most, &mut self.contacts);
+        let held = self.held.carry(place, pieces, &input.place, input.tolerance, most, &mut self.contacts);
         self.touching += u32::from(held.is_some_and(|held| held > 0));
         held
     }
@@ -72,18 +72,18 @@ impl PartSearch {
     /// extrapolated. `foretold` is the least separation extrapolated from the pair's last result.
     ///
     /// If the extrapolation was accurate, the pair rests longer this time, otherwise shorter.
-    pub(super) fn rest(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, foretold: Option<f64>) {
+    pub(super) fn rest(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, known: usize, foretold: Option<f64>) {
         let found = least_separation(self.contacts[known..].iter().map(|contact| contact.separation));
         if found == f64::INFINITY {
             // A pair without a contact must be measured, since a contact may begin at any time.
             return;
         }
-        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+        let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
         let most = REST_TRAVEL * piece_a.radius().min(piece_b.radius());
         let length = match (foretold, self.front.motion_since_rest(leaf)) {
             (Some(foretold), Some(moved)) => {
                 let error = (found - foretold).abs();
-                let allowed = REST_ERROR * (asked.tolerance + self.overlap.max(-found));
+                let allowed = REST_ERROR * (input.tolerance + self.overlap.max(-found));
                 let fits = moved * allowed / error.max(f64::MIN_POSITIVE);
                 (REST_SAFETY * fits).min(REST_GROWTH * moved)
             }
@@ -94,9 +94,9 @@ impl PartSearch {
 
     /// Returns the least separation of the pair's contacts of the last tick, extrapolated to this
     /// tick; infinite if the pair had no contacts. `None` if the pair is not stored.
-    pub(super) fn foretell(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<f64> {
+    pub(super) fn foretell(&self, input: &QueryInput<'_>, leaf: &LeafPair) -> Option<f64> {
         let held = self.held.known(leaf.place?, [leaf.piece_a, leaf.piece_b])?;
-        Some(least_separation(held.iter().map(|memory| memory.extrapolate(&asked.place).separation)))
+        Some(least_separation(held.iter().map(|memory| memory.extrapolate(&input.place).separation)))
     }
 
     /// Moves the leaf pairs of the sample to the start of the list, and returns their number.
@@ -110,77 +110,77 @@ impl PartSearch {
 
     /// Returns the bound of a pair outside the sample, and the pair's separation along this bound.
     /// `None` if the pair may press harder than the sample and has to be measured.
-    pub(super) fn representation(&mut self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
+    pub(super) fn representation(&mut self, input: &QueryInput<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
         let (normal, hub, separation) = match leaf.proximity {
             Proximity::Disjoint(Closest { normal, features, distance, .. }) => {
-                let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+                let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
                 (normal, [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)], distance)
             }
             Proximity::Overlapping(_) if self.front.is_inadmissible(leaf) => {
-                return Some((self.unbounded(asked, leaf), 0.0));
+                return Some((self.unbounded(input, leaf), 0.0));
             }
             Proximity::Overlapping(_) => {
-                let [normals_a, normals_b] = asked.admissible_normals(leaf);
+                let [normals_a, normals_b] = input.admissible_normals(leaf);
                 let (last, hub) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
-                let bound = admissible_bound(&normals_a, &normals_b, &asked.place, hub, last)?;
+                let bound = admissible_bound(&normals_a, &normals_b, &input.place, hub, last)?;
                 self.front.remember_admissible(leaf, Some(bound.features));
                 (bound.normal, bound.hub, -bound.depth)
             }
         };
         // The normal of closest points may be inadmissible; then it does not bound the depth.
         let nearest = if separation > 0.0 { 0.0 } else { f64::NEG_INFINITY };
-        let least = (asked.tolerance - self.sample.stands_for(normal, [leaf.piece_a, leaf.piece_b], &asked.range()))
+        let least = (input.tolerance - self.sample.stands_for(normal, [leaf.piece_a, leaf.piece_b], &input.range()))
             .max(nearest);
-        let bound = Represented { normal, hub, least, ..self.unbounded(asked, leaf) };
+        let bound = Represented { normal, hub, least, ..self.unbounded(input, leaf) };
         (separation >= least).then_some((bound, separation))
     }
 
     /// Marks a measured pair outside the sample as represented if it has no contact, or if its
     /// contact (from index `known` on) presses no harder than the sample. Returns true if the pair
     /// is represented now.
-    pub(super) fn represent_measured(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize) -> bool {
-        let mut bound = self.unbounded(asked, leaf);
+    pub(super) fn represent_measured(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, known: usize) -> bool {
+        let mut bound = self.unbounded(input, leaf);
         let mut separation = 0.0;
         if let Some(contact) = self.contacts.get(known) {
             let least =
-                asked.tolerance - self.sample.stands_for(contact.normal, [leaf.piece_a, leaf.piece_b], &asked.range());
+                input.tolerance - self.sample.stands_for(contact.normal, [leaf.piece_a, leaf.piece_b], &input.range());
             if contact.separation < least {
                 return false;
             }
-            let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+            let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
             let hub = [contact.features.a.some_vertex(piece_a), contact.features.b.some_vertex(piece_b)];
             separation = contact.separation;
             bound = Represented { normal: contact.normal, hub, least, ..bound };
         }
         self.contacts.truncate(known);
-        self.front.represent(&asked.placed(), leaf, &bound, separation);
+        self.front.represent(&input.placed(), leaf, &bound, separation);
         true
     }
 
     /// Returns the representation of a pair without a contact. The pair is measured again after
     /// some motion.
-    pub(super) fn unbounded(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Represented {
-        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+    pub(super) fn unbounded(&self, input: &QueryInput<'_>, leaf: &LeafPair) -> Represented {
+        let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
         let length = SAMPLE_TRAVEL * piece_a.radius().min(piece_b.radius());
         Represented { normal: DVec3::ZERO, hub: [0; 2], least: f64::NEG_INFINITY, length }
     }
 
     /// Adds the result of a pair without a stored contact: the contact of its march if the pieces
     /// are apart, otherwise only an upper bound of the depth.
-    fn answer_unheld(&mut self, asked: &Asked<'_>, leaf: &LeafPair, left: usize, counters: &mut QueryCounters) {
+    fn answer_unheld(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, left: usize, counters: &mut QueryCounters) {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
             let known = self.contacts.len();
-            let found = self.contact(asked, leaf, counters);
+            let found = self.contact(input, leaf, counters);
             if let Found::Admissible(contact) | Found::NearlyFlush(contact) = found {
                 self.contacts.push(contact);
-                self.keep(asked, leaf, [known, left], matches!(found, Found::NearlyFlush(_)), counters);
+                self.keep(input, leaf, [known, left], matches!(found, Found::NearlyFlush(_)), counters);
             }
             return;
         };
         counters.unseen += 1;
-        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+        let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
         let normal = overlap.direction.normalize_or(DVec3::Z);
-        let (gap, _) = support_gap(piece_a, piece_b, &asked.place, normal, [0; 2]);
+        let (gap, _) = support_gap(piece_a, piece_b, &input.place, normal, [0; 2]);
         self.unseen_separation = self.unseen_separation.min(gap);
     }
 }

@@ -1,6 +1,5 @@
 //! Contact determination: all contacts of two bodies at a pose \[K02 §3.4, §4.1\].
 
-mod asked;
 mod batch;
 mod confirm;
 mod contact;
@@ -16,6 +15,7 @@ mod pair;
 mod part;
 mod prover;
 mod query;
+mod query_input;
 #[cfg(test)]
 mod rest_tests;
 mod sample;

@@ -1,10 +1,10 @@
 //! The result of one pair of pieces: a contact at its closest points, a contact at its depth, or no
 //! contact.
 
-use super::asked::Asked;
 use super::contact::points_about;
 use super::found::{Found, at, at_closest};
 use super::part::PartSearch;
+use super::query_input::QueryInput;
 use super::{Contact, QueryCounters};
 use crate::algebra::tolerance::SKIPPED_TURN;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
@@ -16,11 +16,11 @@ use crate::depth::{
 impl PartSearch {
     /// Returns the number of pairs within the tolerance that may touch: all of them, except pairs
     /// of pieces that are apart and whose closest points are not a contact.
-    pub(super) fn may_touch(&self, asked: &Asked<'_>) -> u32 {
+    pub(super) fn may_touch(&self, input: &QueryInput<'_>) -> u32 {
         let touches = |leaf: &&LeafPair| match &leaf.proximity {
             Proximity::Disjoint(closest) => {
-                let admitted = admits(asked, leaf, closest);
-                let continues = |slope| on_continued(asked, leaf, closest, admitted, slope).is_some();
+                let admitted = admits(input, leaf, closest);
+                let continues = |slope| on_continued(input, leaf, closest, admitted, slope).is_some();
                 admitted == [true; 2] || self.patch_slope.is_some_and(continues)
             }
             Proximity::Overlapping(_) => !self.front.is_inadmissible(leaf),
@@ -30,27 +30,27 @@ impl PartSearch {
     }
 
     /// Finds the result of a leaf pair.
-    pub(super) fn contact(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
+    pub(super) fn contact(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
         let closest = match leaf.proximity {
             Proximity::Disjoint(closest) => closest,
-            Proximity::Overlapping(overlap) => return self.at_depth(asked, leaf, &overlap, counters),
+            Proximity::Overlapping(overlap) => return self.at_depth(input, leaf, &overlap, counters),
         };
         // If the pieces overlap in the next tick, the walk starts from this normal.
         let Closest { normal, features, .. } = closest;
-        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+        let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
-        let admitted = admits(asked, leaf, &closest);
+        let admitted = admits(input, leaf, &closest);
         if admitted == [true; 2] {
             return Found::Admissible(at_closest(leaf, &closest));
         }
-        let continued = |slope| on_continued(asked, leaf, &closest, admitted, slope);
+        let continued = |slope| on_continued(input, leaf, &closest, admitted, slope);
         self.patch_slope.and_then(continued).map_or(Found::Nothing, Found::NearlyFlush)
     }
 
     fn at_depth(
         &mut self,
-        asked: &Asked<'_>,
+        input: &QueryInput<'_>,
         leaf: &LeafPair,
         overlap: &Overlap,
         counters: &mut QueryCounters,
@@ -59,18 +59,18 @@ impl PartSearch {
             return Found::Inadmissible(None);
         }
         if self.prover.is_none() && self.sample.is_partial() {
-            return self.at_admissible_depth(asked, leaf, counters);
+            return self.at_admissible_depth(input, leaf, counters);
         }
-        let place = &asked.place;
+        let place = &input.place;
         let memory = leaf.memory.filter(|memory| memory.facet.is_some());
-        let walked = self.walk(asked, leaf, overlap, memory);
+        let walked = self.walk(input, leaf, overlap, memory);
         // The next walk starts at the end of this walk, even if its normal is not admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
         counters.walks += 1;
         counters.walk_steps += walked.steps;
         counters.walk_stops += u32::from(walked.stop != StopReason::Converged);
         counters.unproven += u32::from(walked.certainty != Certainty::GloballyOptimal);
-        let [normals_a, normals_b] = asked.admissible_normals(leaf);
+        let [normals_a, normals_b] = input.admissible_normals(leaf);
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         let last = memory.and_then(|memory| memory.admissible);
         let real = admissible_depth(&normals_a, &normals_b, place, &walked, last, admissible, walk);
@@ -106,12 +106,12 @@ impl PartSearch {
     /// surfaces fit closely, the walk mostly ends on a normal that is not admissible. There, a
     /// piece of one surface also overlaps, a little and at its sides, the pieces beside its
     /// counterpart.
-    fn at_admissible_depth(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
-        let [normals_a, normals_b] = asked.admissible_normals(leaf);
+    fn at_admissible_depth(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
+        let [normals_a, normals_b] = input.admissible_normals(leaf);
         let (last, [a, b]) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         let hub = HubPair { a, b };
-        let real = least_admissible_depth(&normals_a, &normals_b, &asked.place, hub, last, admissible, walk);
+        let real = least_admissible_depth(&normals_a, &normals_b, &input.place, hub, last, admissible, walk);
         self.front.remember_admissible(leaf, real.map(|real| real.features));
         let Some(real) = real else { return Found::Inadmissible(None) };
         counters.moved += 1;
@@ -122,8 +122,8 @@ impl PartSearch {
     }
 
     /// Computes the depth by a walk, with a proof if the settings request proofs.
-    fn walk(&mut self, asked: &Asked<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<WarmStart>) -> Depth {
-        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+    fn walk(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<WarmStart>) -> Depth {
+        let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
         let witness = Seed::Witness { direction: overlap.direction };
         let seeds = match memory {
             Some(WarmStart { hub: [a, b], normal, facet, .. }) => {
@@ -133,8 +133,8 @@ impl PartSearch {
             None => [witness, Seed::CentroidLine],
         };
         match &mut self.prover {
-            Some(prover) => prover.depth(piece_a, piece_b, &asked.place, leaf, &seeds, &mut self.scratch),
-            None => depth(piece_a, piece_b, &asked.place, &seeds, &mut self.scratch),
+            Some(prover) => prover.depth(piece_a, piece_b, &input.place, leaf, &seeds, &mut self.scratch),
+            None => depth(piece_a, piece_b, &input.place, &seeds, &mut self.scratch),
         }
     }
 
@@ -144,7 +144,7 @@ impl PartSearch {
     /// contact. A contact that exists only because faces are `nearly_flush` needs a patch.
     pub(super) fn keep(
         &mut self,
-        asked: &Asked<'_>,
+        input: &QueryInput<'_>,
         leaf: &LeafPair,
         [known, left]: [usize; 2],
         nearly_flush: bool,
@@ -158,13 +158,13 @@ impl PartSearch {
             let room = self.capacity - known - left;
             // Many contacts together describe the surface as well as the corners of each contact
             // would.
-            let has_patch = self.spread(asked, &contact, slope * (1.0 - self.rest_share), room, counters);
+            let has_patch = self.spread(input, &contact, slope * (1.0 - self.rest_share), room, counters);
             if nearly_flush && !has_patch {
                 self.contacts.truncate(known);
             }
         }
         if let Some(place) = leaf.place {
-            self.held.keep(place, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
+            self.held.keep(place, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &input.place);
         }
     }
 }
@@ -174,16 +174,16 @@ impl PartSearch {
     /// `room` corners. Returns true if the patch has several corners.
     fn spread(
         &mut self,
-        asked: &Asked<'_>,
+        input: &QueryInput<'_>,
         contact: &Contact,
         slope: f64,
         room: usize,
         counters: &mut QueryCounters,
     ) -> bool {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
-        let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
+        let (piece_a, piece_b) = input.pieces(contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
-        let slope = self.patch.find(piece_a, piece_b, &asked.place, &touch, slope, asked.tolerance);
+        let slope = self.patch.find(piece_a, piece_b, &input.place, &touch, slope, input.tolerance);
         counters.patches += 1;
         let corners = self.patch.corners();
         if corners.len() > room {
@@ -202,8 +202,8 @@ impl PartSearch {
 /// Returns for a and for b whether the closest point lies on the mesh and the direction of the
 /// closest points is a normal of the mesh there. If not, the points belong to another pair of
 /// pieces, or are not a contact.
-fn admits(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> [bool; 2] {
-    let Asked { a, b, place, .. } = asked;
+fn admits(input: &QueryInput<'_>, leaf: &LeafPair, closest: &Closest) -> [bool; 2] {
+    let QueryInput { a, b, place, .. } = input;
     let Closest { point_a, point_b, normal, features, .. } = *closest;
     [
         a.admits(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal)),
@@ -216,22 +216,22 @@ fn admits(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> [bool; 2] {
 /// other piece does not admit the direction of the closest points, or is not of such a face either.
 /// `admitted` is the result of [`admits`].
 fn on_continued(
-    asked: &Asked<'_>,
+    input: &QueryInput<'_>,
     leaf: &LeafPair,
     closest: &Closest,
     admitted: [bool; 2],
     slope: f64,
 ) -> Option<Contact> {
     let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
-    let outward = asked.place.inverse_vector(-normal);
+    let outward = input.place.inverse_vector(-normal);
     // Most pieces of curved surfaces end here.
-    if !(admitted[0] || asked.a.admissible().may_continue(leaf.piece_a, outward, slope))
-        || !(admitted[1] || asked.b.admissible().may_continue(leaf.piece_b, normal, slope))
+    if !(admitted[0] || input.a.admissible().may_continue(leaf.piece_a, outward, slope))
+        || !(admitted[1] || input.b.admissible().may_continue(leaf.piece_b, normal, slope))
     {
         return None;
     }
-    let [normals_a, normals_b] = asked.admissible_normals(leaf);
-    let along_a = || Some(-asked.place.vector(normals_a.continued_normal(features.a, outward, slope)?));
+    let [normals_a, normals_b] = input.admissible_normals(leaf);
+    let along_a = || Some(-input.place.vector(normals_a.continued_normal(features.a, outward, slope)?));
     let along_b = || normals_b.continued_normal(features.b, normal, slope);
     let flat = match admitted {
         [true, true] => return None,

@@ -6,12 +6,12 @@
 
 use std::sync::Arc;
 
-use super::asked::{Asked, side};
 use super::confirm::{confirmed, least_depth_is_confirmed};
 use super::exact::{Placed, nearest_on_meshes, slack};
 use super::found::{Found, at_closest};
 use super::held::HeldContacts;
 use super::prover::Prover;
+use super::query_input::{QueryInput, side};
 use super::sample::Sample;
 use super::{Contact, Proof, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
@@ -31,7 +31,7 @@ pub(super) struct Part {
     pub(super) work: Work,
     pub(super) search: PartSearch,
     pub(super) counters: QueryCounters,
-    pub(super) doubtful: Doubtful,
+    pub(super) rejected: RejectedContacts,
 }
 
 /// What a part computes in the present round.
@@ -56,7 +56,7 @@ impl Part {
             work: Work::unlimited(),
             search,
             counters: QueryCounters::default(),
-            doubtful: Doubtful::default(),
+            rejected: RejectedContacts::default(),
         }
     }
 }
@@ -64,15 +64,15 @@ impl Part {
 impl Job for Part {
     fn run(&mut self) {
         let (pose_ba, settings) = &self.input;
-        let asked = Asked::new(&self.a, &self.b, pose_ba, settings);
+        let input = QueryInput::new(&self.a, &self.b, pose_ba, settings);
         let (search, counters) = (&mut self.search, &mut self.counters);
         match self.task {
-            Task::SubStep { thin } => search.sub_step(&asked, thin, &self.work.first_half(), counters),
+            Task::SubStep { thin } => search.sub_step(&input, thin, &self.work.first_half(), counters),
             Task::Descend => {
                 let quota = self.work.all();
-                counters.traversal = search.front.within_quota(&asked.placed(), &quota, &mut search.leaves);
+                counters.traversal = search.front.within_quota(&input.placed(), &quota, &mut search.leaves);
             }
-            Task::Answer => self.doubtful = search.answer(&asked, &self.work.all(), counters),
+            Task::Answer => self.rejected = search.answer(&input, &self.work.all(), counters),
         }
     }
 }
@@ -166,26 +166,26 @@ impl PartSearch {
     }
 
     /// Finds the contacts of the leaf pairs, and extrapolates those that the query did not visit.
-    fn answer(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Doubtful {
+    fn answer(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> RejectedContacts {
         self.held.begin_tick();
         self.unseen_separation = f64::INFINITY;
-        let doubtful = self.answer_leaves(asked, quota, counters);
-        self.hold_unvisited(asked, counters);
-        doubtful
+        let rejected = self.answer_leaves(input, quota, counters);
+        self.hold_unvisited(input, counters);
+        rejected
     }
 
     /// Finds the contacts of thin pieces at an intermediate pose, until the quota is spent.
-    fn sub_step(&mut self, asked: &Asked<'_>, thin: f64, quota: &Quota<'_>, counters: &mut QueryCounters) {
+    fn sub_step(&mut self, input: &QueryInput<'_>, thin: f64, quota: &Quota<'_>, counters: &mut QueryCounters) {
         self.contacts.clear();
         if quota.is_spent() {
             return;
         }
-        let placed = PlacedPair { thinner_than: thin, ..asked.placed() };
+        let placed = PlacedPair { thinner_than: thin, ..input.placed() };
         self.front.within_quota(&placed, quota, &mut self.leaves);
         for k in 0..self.leaves.as_slice().len() {
             let leaf = self.leaves.as_slice()[k];
             let before = counters.work();
-            if let Found::Admissible(contact) | Found::Moved(contact, _) = self.contact(asked, &leaf, counters) {
+            if let Found::Admissible(contact) | Found::Moved(contact, _) = self.contact(input, &leaf, counters) {
                 self.contacts.push(contact);
             }
             quota.spend(WORK_ANSWER + counters.work() - before);
@@ -194,9 +194,14 @@ impl PartSearch {
 
     /// Finds the contacts of the leaf pairs until the quota is spent. Returns the shallowest
     /// depths that were not accepted.
-    fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Doubtful {
+    fn answer_leaves(
+        &mut self,
+        input: &QueryInput<'_>,
+        quota: &Quota<'_>,
+        counters: &mut QueryCounters,
+    ) -> RejectedContacts {
         self.contacts.clear();
-        let mut doubtful = Doubtful::default();
+        let mut rejected = RejectedContacts::default();
         let rests = self.rest_share > 0.0;
         self.touching = 0;
         let count = self.leaves.as_slice().len();
@@ -204,15 +209,15 @@ impl PartSearch {
         for k in 0..count {
             let leaf = self.leaves.as_slice()[k];
             if k > 0 && quota.is_spent() {
-                self.hold_the_rest(asked, k, counters);
+                self.hold_the_rest(input, k, counters);
                 break;
             }
             if k >= sampled {
                 if k == sampled && self.sample.is_blank() {
-                    self.sample.keep(&self.contacts, asked.tolerance);
+                    self.sample.keep(&self.contacts, input.tolerance);
                 }
-                if let Some((bound, separation)) = self.representation(asked, &leaf) {
-                    self.front.represent(&asked.placed(), &leaf, &bound, separation);
+                if let Some((bound, separation)) = self.representation(input, &leaf) {
+                    self.front.represent(&input.placed(), &leaf, &bound, separation);
                     counters.represented += 1;
                     quota.spend(WORK_BOUND);
                     continue;
@@ -220,52 +225,52 @@ impl PartSearch {
             }
             let known = self.contacts.len();
             let before = counters.work();
-            let foretold = if rests { self.foretell(asked, &leaf) } else { None };
+            let foretold = if rests { self.foretell(input, &leaf) } else { None };
             let mut nearly_flush = false;
-            match self.contact(asked, &leaf, counters) {
+            match self.contact(input, &leaf, counters) {
                 Found::Nothing => counters.virtual_closest += 1,
                 Found::NearlyFlush(contact) => {
                     nearly_flush = true;
                     self.contacts.push(contact);
                 }
-                Found::Admissible(contact) if least_depth_is_confirmed(asked, &contact) => {
+                Found::Admissible(contact) if least_depth_is_confirmed(input, &contact) => {
                     self.contacts.push(contact);
                 }
-                Found::Moved(contact, facing) if let Some(at) = confirmed(asked, &contact, &facing) => {
+                Found::Moved(contact, facing) if let Some(at) = confirmed(input, &contact, &facing) => {
                     self.contacts.push(at);
                 }
                 Found::Admissible(contact) | Found::Moved(contact, _) => {
                     counters.rejected += 1;
-                    doubtful.rejected = shallower(doubtful.rejected, contact);
+                    rejected.contradicted = shallower(rejected.contradicted, contact);
                 }
                 Found::Inadmissible(contact) => {
                     counters.inadmissible += 1;
-                    doubtful.unshared =
-                        contact.map_or(doubtful.unshared, |contact| shallower(doubtful.unshared, contact));
+                    rejected.unshared =
+                        contact.map_or(rejected.unshared, |contact| shallower(rejected.unshared, contact));
                 }
             }
-            if k >= sampled && self.represent_measured(asked, &leaf, known) {
+            if k >= sampled && self.represent_measured(input, &leaf, known) {
                 counters.represented += 1;
                 continue;
             }
-            self.sample.weigh(&mut self.contacts[known..], &asked.range());
+            self.sample.weigh(&mut self.contacts[known..], &input.range());
             self.touching += u32::from(self.contacts.len() > known);
-            self.keep(asked, &leaf, [known, count - k - 1], nearly_flush, counters);
+            self.keep(input, &leaf, [known, count - k - 1], nearly_flush, counters);
             if rests {
-                self.rest(asked, &leaf, known, foretold);
+                self.rest(input, &leaf, known, foretold);
             }
             quota.spend(WORK_ANSWER + counters.work() - before);
         }
-        doubtful
+        rejected
     }
 
     /// Returns the part's nearest pair of points at any distance, or the depth of an overlap. A
     /// distance is that of the meshes (`exact`).
-    pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
-        self.front.nearest(&asked.placed(), slack(asked.a, asked.b), &mut self.leaves, &mut counters.traversal);
+    pub(super) fn nearest(&mut self, input: &QueryInput<'_>, counters: &mut QueryCounters) -> Option<Contact> {
+        self.front.nearest(&input.placed(), slack(input.a, input.b), &mut self.leaves, &mut counters.traversal);
         let overlap = self.leaves.as_slice().iter().find(|leaf| matches!(leaf.proximity, Proximity::Overlapping(_)));
         match overlap.copied() {
-            Some(leaf) => match self.contact(asked, &leaf, counters) {
+            Some(leaf) => match self.contact(input, &leaf, counters) {
                 Found::Admissible(contact) | Found::Moved(contact, _) => Some(contact),
                 Found::Inadmissible(contact) => contact,
                 Found::NearlyFlush(_) | Found::Nothing => None,
@@ -275,7 +280,7 @@ impl PartSearch {
                     Proximity::Disjoint(closest) => Some(at_closest(leaf, &closest)),
                     Proximity::Overlapping(_) => None,
                 });
-                nearest_on_meshes(&Placed { a: asked.a, b: asked.b, place: &asked.place }, apart)
+                nearest_on_meshes(&Placed { a: input.a, b: input.b, place: &input.place }, apart)
             }
         }
     }
@@ -300,18 +305,18 @@ impl PartSearch {
 
 /// The shallowest depths that were not accepted.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Doubtful {
-    /// The contact contradicts the surfaces of the solids.
-    pub(super) rejected: Option<Contact>,
+pub(super) struct RejectedContacts {
+    /// The surfaces of the solids contradict the contact.
+    pub(super) contradicted: Option<Contact>,
     /// The pieces do not share the contact's normal.
     pub(super) unshared: Option<Contact>,
 }
 
-impl Doubtful {
+impl RejectedContacts {
     /// Adds the depths of another part.
     pub(super) fn add(&mut self, other: &Self) {
-        if let Some(contact) = other.rejected {
-            self.rejected = shallower(self.rejected, contact);
+        if let Some(contact) = other.contradicted {
+            self.contradicted = shallower(self.contradicted, contact);
         }
         if let Some(contact) = other.unshared {
             self.unshared = shallower(self.unshared, contact);

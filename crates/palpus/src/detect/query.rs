@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::asked::Asked;
+use super::query_input::QueryInput;
 use super::search::Search;
 use super::{Contact, Helper, QueryCounters, QuerySettings};
 use crate::algebra::{Clock, NoClock, Pose, Quota, Work};
@@ -66,8 +66,8 @@ impl ContactQuery {
     /// the tolerance, but not nearer than [`Self::unseen_separation`]. Hulls of whole parts never
     /// make contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
     pub fn run_within(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) -> &QueryCounters {
-        let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);
-        self.counters = self.search.run(&asked, quota, clock);
+        let input = QueryInput::new(&self.a, &self.b, pose_ba, &self.settings);
+        self.counters = self.search.run(&input, quota, clock);
         &self.counters
     }
 
@@ -79,8 +79,8 @@ impl ContactQuery {
     /// triangles by the flatness of the bodies ([`BodySettings`](crate::body::BodySettings)).
     pub fn nearest(&mut self, pose_ba: &Pose) -> Option<Contact> {
         self.run(pose_ba, &NoClock);
-        let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);
-        self.search.nearest(&asked, &mut self.counters)
+        let input = QueryInput::new(&self.a, &self.b, pose_ba, &self.settings);
+        self.search.nearest(&input, &mut self.counters)
     }
 
     /// Returns the contacts of the last query.

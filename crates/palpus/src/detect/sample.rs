@@ -48,14 +48,14 @@ pub(super) struct Sample {
 /// Contacts with which other pairs are compared.
 #[derive(Clone, Debug)]
 struct Loads {
-    fours: Vec<Four>,
+    fours: Vec<LoadLanes>,
     /// Number of contacts.
     count: usize,
 }
 
 /// Four of these contacts. Lanes without a contact have no engagement.
 #[derive(Clone, Copy, Debug)]
-struct Four {
+struct LoadLanes {
     normals: Directions,
     /// Engagement (model units), times the contact's count if that is below 1.
     engagements: [f64; LANES],
@@ -86,7 +86,11 @@ impl Loads {
         }
         let lane = self.count % LANES;
         if lane == 0 {
-            self.fours.push(Four { normals: Directions::NONE, engagements: [0.0; LANES], pieces: [[0; 2]; LANES] });
+            self.fours.push(LoadLanes {
+                normals: Directions::NONE,
+                engagements: [0.0; LANES],
+                pieces: [[0; 2]; LANES],
+            });
         }
         if let Some(four) = self.fours.last_mut() {
             four.normals.set(lane, normal);

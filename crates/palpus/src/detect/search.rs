@@ -37,11 +37,11 @@
 
 use std::sync::Arc;
 
-use super::asked::{Asked, side};
 use super::confirm::{LastOverlap, replacement};
 use super::exact::{Placed, on_meshes};
 use super::guard::Guard;
-use super::part::{Doubtful, Part, PartSearch, Task};
+use super::part::{Part, PartSearch, RejectedContacts, Task};
+use super::query_input::{QueryInput, side};
 use super::sample::Sample;
 use super::{Contact, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::{DIVIDED_FROM, HELPED_WORK, NEW_PAIRS, REST_ALL, REST_FROM};
@@ -130,35 +130,35 @@ impl Search {
     }
 
     /// Finds the contacts; see [`ContactQuery::run_within`](super::ContactQuery::run_within).
-    pub(super) fn run(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, clock: &impl Clock) -> QueryCounters {
+    pub(super) fn run(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>, clock: &impl Clock) -> QueryCounters {
         let begin = clock.now_ns();
-        self.begin(asked, quota);
+        self.begin(input, quota);
         let mut counters = QueryCounters::default();
-        let thin = self.sub_steps(asked, &mut counters);
-        self.move_to(asked, thin);
+        let thin = self.sub_steps(input, &mut counters);
+        self.move_to(input, thin);
         if counters.sub_steps > 0 {
-            self.set(Task::Descend, &asked.pose_ba);
+            self.set(Task::Descend, &input.pose_ba);
         }
         self.round();
-        self.begin_answers(asked);
+        self.begin_answers(input);
         let middle = clock.now_ns();
         self.round();
-        let (doubtful, touching) = self.join(quota, &mut counters);
-        self.sample.keep(&self.contacts, asked.tolerance);
-        let offset = asked.range().offset;
+        let (rejected, touching) = self.join(quota, &mut counters);
+        self.sample.keep(&self.contacts, input.tolerance);
+        let offset = input.range().offset;
         self.pressing = self.contacts.iter().any(|contact| contact.separation < offset);
         self.touching = touching;
         self.set_touching(touching);
-        self.hold_overlap(asked, &doubtful, &mut counters);
+        self.hold_overlap(input, &rejected, &mut counters);
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
         counters.non_finite += (all - self.contacts.len()) as u32;
-        self.last_overlap.keep(&self.contacts, &asked.place);
+        self.last_overlap.keep(&self.contacts, &input.place);
         if counters.sub_steps > 0 {
             self.compare_sides();
         }
         if let Some(guard) = &mut self.guard {
-            counters.kept_side = guard.hold(asked, &mut self.contacts);
+            counters.kept_side = guard.hold(input, &mut self.contacts);
         }
         counters.query_ns = middle - begin;
         counters.depth_ns = clock.now_ns() - middle;
@@ -167,7 +167,7 @@ impl Search {
 
     /// Gives each part the input of the query, its share of the quota, and what it needs from the
     /// last query. A part that did more work in the last query gets more of the quota.
-    fn begin(&mut self, asked: &Asked<'_>, quota: &Quota<'_>) {
+    fn begin(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>) {
         let (left, count) = (quota.left(), self.costs.len() as u64);
         let total: u64 = self.costs.iter().sum();
         let mut k = 0;
@@ -175,7 +175,7 @@ impl Search {
             let share = (self.costs[k] + total / count + 1) as f64 / (2 * total + count) as f64;
             let of_part = if count == 1 { left } else { left.map(|left| (left as f64 * share) as u64) };
             part.work = Work::of(of_part);
-            part.input = (asked.pose_ba, *asked.settings);
+            part.input = (input.pose_ba, *input.settings);
             part.task = Task::Descend;
             part.counters = QueryCounters::default();
             part.search.begin(&self.sample, self.rest_share, self.last_overlap.depth());
@@ -218,7 +218,7 @@ impl Search {
     /// Sets the next task. If many pairs have come within the tolerance since the last query, the
     /// size of the sample is set before these pairs are measured: if a flat face lands on another,
     /// a thousand pairs begin to touch in one query.
-    fn begin_answers(&mut self, asked: &Asked<'_>) {
+    fn begin_answers(&mut self, input: &QueryInput<'_>) {
         let (mut restarted, mut within) = (false, 0);
         self.parts.each(|part| {
             part.task = Task::Answer;
@@ -234,7 +234,7 @@ impl Search {
         let many = f64::from(new) > NEW_PAIRS * f64::from(within) && f64::from(most) > REST_FROM;
         if self.holding && (restarted || many) {
             let mut touching = 0;
-            self.parts.each(|part| touching += part.search.may_touch(asked));
+            self.parts.each(|part| touching += part.search.may_touch(input));
             self.set_touching(touching.min(most));
             let (sample, rest_share) = (&self.sample, self.rest_share);
             self.parts.each(|part| part.search.set_sample(sample, rest_share));
@@ -243,10 +243,10 @@ impl Search {
 
     /// Joins the results of all parts. Returns the shallowest depths that were not accepted, and
     /// the number of pairs in contact.
-    fn join(&mut self, quota: &Quota<'_>, counters: &mut QueryCounters) -> (Doubtful, u32) {
+    fn join(&mut self, quota: &Quota<'_>, counters: &mut QueryCounters) -> (RejectedContacts, u32) {
         let Self { parts, contacts, costs, capacity, .. } = self;
         contacts.clear();
-        let (mut doubtful, mut touching, mut k) = (Doubtful::default(), 0, 0);
+        let (mut rejected, mut touching, mut k) = (RejectedContacts::default(), 0, 0);
         let (mut unseen, mut unexamined) = (f64::INFINITY, f64::INFINITY);
         parts.each(|part| {
             let search = &part.search;
@@ -254,7 +254,7 @@ impl Search {
             counters.traversal.dropped += search.contacts.len().saturating_sub(room) as u32;
             contacts.extend(search.contacts.iter().take(room));
             touching += search.touching + search.front.represented();
-            doubtful.add(&part.doubtful);
+            rejected.add(&part.rejected);
             *counters += part.counters;
             unseen = unseen.min(search.unseen_separation);
             if part.counters.traversal.postponed > 0 {
@@ -266,7 +266,7 @@ impl Search {
         });
         counters.traversal.restarted = counters.traversal.restarted.min(1);
         (self.unseen_separation, self.unexamined) = (unseen.min(unexamined), unexamined);
-        (doubtful, touching)
+        (rejected, touching)
     }
 
     /// Sets how long pairs rest, and the size of the sample, by the number of touching pairs. The
@@ -281,21 +281,21 @@ impl Search {
 
     /// How far the bodies move relative to each other up to this query, and the thickness of the
     /// thinnest piece, both in model units.
-    pub(super) fn motion_to(&self, asked: &Asked<'_>) -> Option<(f64, f64)> {
+    pub(super) fn motion_to(&self, input: &QueryInput<'_>) -> Option<(f64, f64)> {
         self.parts.with_first(|part| {
             let front = &mut part.search.front;
-            Some((front.motion_to(&asked.place)?, front.thinnest()))
+            Some((front.motion_to(&input.place)?, front.thinnest()))
         })
     }
 
     /// Lists the last contacts of pieces thinner than `thin` (model units) that tunnel from the
     /// pose `last` to this query.
-    pub(super) fn trace(&mut self, asked: &Asked<'_>, thin: f64, last: &Placement) {
+    pub(super) fn trace(&mut self, input: &QueryInput<'_>, thin: f64, last: &Placement) {
         let (Some(guard), contacts) = (&mut self.guard, &self.contacts) else { return };
         self.parts.with_first(|part| {
             let front = &part.search.front;
             let is_thin = |contact: &&Contact| front.thickness(contact.piece_a, contact.piece_b) < thin;
-            guard.trace(asked, contacts.iter().filter(is_thin), last);
+            guard.trace(input, contacts.iter().filter(is_thin), last);
         });
     }
 
@@ -308,13 +308,13 @@ impl Search {
 
     /// Adds a replacement contact if the bodies overlap and no depth is accepted. The contact
     /// replaces a rejected depth, the last overlap, or a depth along a normal that is not shared.
-    fn hold_overlap(&mut self, asked: &Asked<'_>, doubtful: &Doubtful, counters: &mut QueryCounters) {
+    fn hold_overlap(&mut self, input: &QueryInput<'_>, rejected: &RejectedContacts, counters: &mut QueryCounters) {
         if self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             return;
         }
-        let rejected = doubtful.rejected.map(|contact| replacement(asked, &contact).unwrap_or(contact));
-        let still = || self.last_overlap.still(asked).filter(|_| counters.traversal.postponed == 0);
-        let replaced = rejected.or_else(still).or_else(|| replacement(asked, &doubtful.unshared?));
+        let contradicted = rejected.contradicted.map(|contact| replacement(input, &contact).unwrap_or(contact));
+        let still = || self.last_overlap.still(input).filter(|_| counters.traversal.postponed == 0);
+        let replaced = contradicted.or_else(still).or_else(|| replacement(input, &rejected.unshared?));
         // The query never exceeds the memory of its construction. If this memory is full of
         // contacts that are apart, these contacts keep the bodies apart.
         let room = self.capacity - self.contacts.len();
@@ -337,10 +337,10 @@ impl Search {
         &self.contacts
     }
 
-    /// Returns the nearest pair of points at any distance, or the deepest contact. `asked` is the
+    /// Returns the nearest pair of points at any distance, or the deepest contact. `input` is the
     /// input of the last [`Self::run`]. A distance is that of the meshes (`exact`).
-    pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
-        let meshes = Placed { a: asked.a, b: asked.b, place: &asked.place };
+    pub(super) fn nearest(&mut self, input: &QueryInput<'_>, counters: &mut QueryCounters) -> Option<Contact> {
+        let meshes = Placed { a: input.a, b: input.b, place: &input.place };
         let least = |x: &&Contact, y: &&Contact| x.separation.total_cmp(&y.separation);
         let contact = self.contacts.iter().min_by(least).and_then(|contact| on_meshes(&meshes, contact, f64::INFINITY));
         if contact.is_some_and(|contact| contact.separation <= 0.0) {
@@ -348,7 +348,7 @@ impl Search {
         }
         let mut nearest: Option<Contact> = None;
         self.parts.each(|part| {
-            let found = part.search.nearest(asked, counters);
+            let found = part.search.nearest(input, counters);
             nearest = nearest.into_iter().chain(found).min_by(|x, y| x.separation.total_cmp(&y.separation));
         });
         // If both are equally near, return the contact, since its features belong to the mesh.

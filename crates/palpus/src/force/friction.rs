@@ -99,7 +99,7 @@ pub struct Adhesion {
 
 /// Input of the friction of one tick.
 #[derive(Clone, Copy, Debug)]
-pub struct Grasp<'a> {
+pub struct FrictionInput<'a> {
     /// All contacts, in b's frame.
     pub contacts: &'a [Contact],
     /// Indices into `contacts`, cluster after cluster.
@@ -202,24 +202,24 @@ impl FrictionTracker {
 
     /// Computes the friction of one tick; the result is in [`Self::grips`]. The number of members
     /// is at most the capacity.
-    pub fn update(&mut self, grasp: &Grasp<'_>, settings: &FrictionSettings) -> FrictionCounters {
-        debug_assert!(grasp.members.len() <= self.capacity);
+    pub fn update(&mut self, input: &FrictionInput<'_>, settings: &FrictionSettings) -> FrictionCounters {
+        debug_assert!(input.members.len() <= self.capacity);
         let mut counters = FrictionCounters::default();
         let mut looks = FRICTION_LOOKS;
         self.current.clear();
         self.grips.clear();
-        let most = grasp.most;
-        for (cluster, load) in grasp.clusters.iter().zip(grasp.loads) {
+        let most = input.most;
+        for (cluster, load) in input.clusters.iter().zip(input.loads) {
             let stiffening = if most > 0.0 { settings.tangential_stiffness / most } else { 0.0 };
             let load = Load { most, stiffness: stiffening * load };
             for k in cluster.members() {
-                let contact = &grasp.contacts[grasp.members[k] as usize];
-                let place = grasp.holds[k];
-                let mut adhesion = self.find(contact, place, cluster.normal, grasp, &mut looks, &mut counters);
-                let mut strain = carry(&mut adhesion, place, cluster.normal, grasp);
-                let coefficient = stick_or_slide(&mut adhesion, &mut strain, &load, grasp, settings);
-                let point = grasp.pose_ba.point(adhesion.holding_a);
-                let share = grasp.share_of(k, cluster);
+                let contact = &input.contacts[input.members[k] as usize];
+                let place = input.holds[k];
+                let mut adhesion = self.find(contact, place, cluster.normal, input, &mut looks, &mut counters);
+                let mut strain = carry(&mut adhesion, place, cluster.normal, input);
+                let coefficient = stick_or_slide(&mut adhesion, &mut strain, &load, input, settings);
+                let point = input.pose_ba.point(adhesion.holding_a);
+                let share = input.share_of(k, cluster);
                 let stiffness = load.stiffness * share;
                 self.grips.push(Grip {
                     point,
@@ -250,7 +250,7 @@ impl FrictionTracker {
         contact: &Contact,
         midpoint: DVec3,
         normal: DVec3,
-        grasp: &Grasp<'_>,
+        input: &FrictionInput<'_>,
         looks: &mut usize,
         counters: &mut FrictionCounters,
     ) -> Adhesion {
@@ -266,7 +266,7 @@ impl FrictionTracker {
         let mut fresh = Adhesion {
             piece_a: contact.piece_a,
             piece_b: contact.piece_b,
-            holding_a: grasp.pose_ba.inverse().point(midpoint),
+            holding_a: input.pose_ba.inverse().point(midpoint),
             held_b: midpoint,
             midpoint,
             normal,
@@ -277,7 +277,7 @@ impl FrictionTracker {
         if *looks >= self.previous.len() {
             *looks -= self.previous.len();
             let within = |a: &&Adhesion| {
-                a.midpoint.distance_squared(midpoint) < grasp.reach * grasp.reach
+                a.midpoint.distance_squared(midpoint) < input.reach * input.reach
                     && a.normal.dot(normal) >= FRICTION_SUCCESSOR
             };
             predecessor = self.previous.iter().filter(within).min_by(nearer);
@@ -285,7 +285,7 @@ impl FrictionTracker {
             counters.unsought += 1;
         }
         if let Some(old) = predecessor {
-            fresh.held_b -= grasp.pose_ba.point(old.holding_a) - old.held_b;
+            fresh.held_b -= input.pose_ba.point(old.holding_a) - old.held_b;
             (fresh.sliding, fresh.slipped) = (old.sliding, old.slipped);
             counters.inherited += 1;
         } else {
@@ -295,7 +295,7 @@ impl FrictionTracker {
     }
 }
 
-impl Grasp<'_> {
+impl FrictionInput<'_> {
     /// Returns the share of the cluster's load that member `k` bears; 1 if it is the only one.
     fn share_of(&self, k: usize, cluster: &Cluster) -> f64 {
         if cluster.member_count == 1 {
@@ -316,14 +316,14 @@ struct Load {
 
 /// Step 2: moves `adhesion` to this tick and returns its strain. Friction of the contact acts at
 /// `place` (in b's frame).
-fn carry(adhesion: &mut Adhesion, place: DVec3, normal: DVec3, grasp: &Grasp<'_>) -> DVec3 {
-    let x = grasp.pose_ba.point(adhesion.holding_a);
+fn carry(adhesion: &mut Adhesion, place: DVec3, normal: DVec3, input: &FrictionInput<'_>) -> DVec3 {
+    let x = input.pose_ba.point(adhesion.holding_a);
     let strain = (x - adhesion.held_b).reject_from_normalized(normal);
     adhesion.midpoint = place;
     adhesion.normal = normal;
     let away = x - place;
-    let too_far = away.length() > grasp.reach;
-    hold(adhesion, if too_far { place + away.clamp_length_max(grasp.reach) } else { x }, strain, grasp);
+    let too_far = away.length() > input.reach;
+    hold(adhesion, if too_far { place + away.clamp_length_max(input.reach) } else { x }, strain, input);
     strain
 }
 
@@ -332,7 +332,7 @@ fn stick_or_slide(
     adhesion: &mut Adhesion,
     strain: &mut DVec3,
     load: &Load,
-    grasp: &Grasp<'_>,
+    input: &FrictionInput<'_>,
     settings: &FrictionSettings,
 ) -> f64 {
     let FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness } = *settings;
@@ -353,18 +353,18 @@ fn stick_or_slide(
     if length > most {
         *strain *= most / length;
         adhesion.slipped += length - most;
-        let x = grasp.pose_ba.point(adhesion.holding_a);
+        let x = input.pose_ba.point(adhesion.holding_a);
         let renewed = if most > 0.0 { ((length - most) / most).min(1.0) } else { 1.0 };
-        hold(adhesion, x.lerp(adhesion.midpoint, renewed), *strain, grasp);
+        hold(adhesion, x.lerp(adhesion.midpoint, renewed), *strain, input);
     }
     coefficient
 }
 
 /// Sets the points of `adhesion`: x to `x` (in b's frame) and w to `x − strain`.
-fn hold(adhesion: &mut Adhesion, x: DVec3, strain: DVec3, grasp: &Grasp<'_>) {
+fn hold(adhesion: &mut Adhesion, x: DVec3, strain: DVec3, input: &FrictionInput<'_>) {
     adhesion.held_b = x - strain;
-    if x != grasp.pose_ba.point(adhesion.holding_a) {
-        adhesion.holding_a = grasp.pose_ba.inverse().point(x);
+    if x != input.pose_ba.point(adhesion.holding_a) {
+        adhesion.holding_a = input.pose_ba.inverse().point(x);
     }
 }
 

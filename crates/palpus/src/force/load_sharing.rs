@@ -57,9 +57,9 @@ use crate::algebra::{Directions, LANES};
 pub struct LoadSharing {
     tilts: TiltShares,
     /// All contacts; those that push come first.
-    seen: Vec<Four>,
+    seen: Vec<ContactLanes>,
     /// The contacts that push.
-    pushing: Vec<Four>,
+    pushing: Vec<ContactLanes>,
     /// For each contact, its share of the tilts times its count.
     counts: Vec<f64>,
     shares: Vec<f64>,
@@ -68,7 +68,7 @@ pub struct LoadSharing {
 /// The properties of four contacts that enter the shares of others. Lanes without a contact count
 /// 0.
 #[derive(Clone, Copy, Debug)]
-struct Four {
+struct ContactLanes {
     directions: Directions,
     separation: [f64; LANES],
     engagement: [f64; LANES],
@@ -77,7 +77,7 @@ struct Four {
     count: [f64; LANES],
 }
 
-impl Four {
+impl ContactLanes {
     /// A group without contacts.
     const NONE: Self = Self {
         directions: Directions::NONE,
@@ -89,12 +89,12 @@ impl Four {
 }
 
 /// Writes contacts with their counts to `groups`, which has room for them.
-fn collect<'c>(groups: &mut Vec<Four>, contacts: impl Iterator<Item = (&'c Tilted, &'c f64)>) {
+fn collect<'c>(groups: &mut Vec<ContactLanes>, contacts: impl Iterator<Item = (&'c Tilted, &'c f64)>) {
     groups.clear();
     for (k, (contact, &count)) in contacts.enumerate() {
         let lane = k % LANES;
         if lane == 0 {
-            groups.push(Four::NONE);
+            groups.push(ContactLanes::NONE);
         }
         let Some(four) = groups.last_mut() else { return };
         four.directions.set(lane, contact.direction);
@@ -192,7 +192,7 @@ impl LoadSharing {
 /// Returns the greatest κ m w and the sum of κ α w of `others`, where m is [`presence`] and w is
 /// `engagement` of a contact, given its group and its lane.
 #[inline]
-fn felt(one: &Tilted, others: &[Four], engagement: impl Fn(&Four, usize) -> f64) -> (f64, f64) {
+fn felt(one: &Tilted, others: &[ContactLanes], engagement: impl Fn(&ContactLanes, usize) -> f64) -> (f64, f64) {
     // The order of the sum is always the same.
     let (mut sums, mut most) = ([0.0; LANES], [0.0; LANES]);
     for four in others {

@@ -15,7 +15,7 @@ pub(crate) mod testing;
 mod tilt;
 
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
-pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp, Grip};
+pub use friction::{Adhesion, FrictionCounters, FrictionInput, FrictionSettings, FrictionTracker, Grip};
 pub use load_sharing::LoadSharing;
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};

@@ -121,7 +121,7 @@ enum Bound {
 const MEET: usize = 8;
 
 /// The patches that meet at a corner.
-struct Met {
+struct PatchesAtCorner {
     patches: [[u32; 2]; MEET],
     count: usize,
 }
@@ -144,8 +144,8 @@ impl TiltShares {
         self.shares.resize(contacts.len(), 1.0);
         for k in 0..self.sorted.len() {
             let i = self.sorted[k] as usize;
-            self.shares[i] = match self.met(k, contacts) {
-                Some(met) => self.share(i, &met, contacts),
+            self.shares[i] = match self.patches_at(k, contacts) {
+                Some(at_corner) => self.share(i, &at_corner, contacts),
                 None => 0.0,
             };
         }
@@ -173,10 +173,10 @@ impl TiltShares {
     /// Returns the patches with a corner at the position of the `k`-th sorted contact. `None` if
     /// another contact represents this position: a deeper contact, or an earlier contact of equal
     /// depth.
-    fn met(&self, k: usize, contacts: &[Tilted]) -> Option<Met> {
+    fn patches_at(&self, k: usize, contacts: &[Tilted]) -> Option<PatchesAtCorner> {
         let i = self.sorted[k] as usize;
         let one = &contacts[i];
-        let mut met = Met { patches: [self.patches[i]; MEET], count: 1 };
+        let mut at_corner = PatchesAtCorner { patches: [self.patches[i]; MEET], count: 1 };
         let same = TILT_SAME * one.place.length();
         let near = |j: &&u32| (contacts[**j as usize].place.x - one.place.x).abs() <= same;
         let (before, after) = (self.sorted[..k].iter().rev(), self.sorted[k + 1..].iter());
@@ -192,17 +192,17 @@ impl TiltShares {
             if other.separation < one.separation || other.separation == one.separation && j < i {
                 return None;
             }
-            met.add(self.patches[j]);
+            at_corner.add(self.patches[j]);
         }
-        Some(met)
+        Some(at_corner)
     }
 
-    /// Returns the share of contact `i` among the corners of the patches `met`.
-    fn share(&mut self, i: usize, met: &Met, contacts: &[Tilted]) -> f64 {
+    /// Returns the share of contact `i` among the corners of the patches `at_corner`.
+    fn share(&mut self, i: usize, at_corner: &PatchesAtCorner, contacts: &[Tilted]) -> f64 {
         let one = &contacts[i];
         let mut axes = None;
         self.cell.reset();
-        for &[start, end] in &met.patches[..met.count] {
+        for &[start, end] in &at_corner.patches[..at_corner.count] {
             for other in &contacts[start as usize..end as usize] {
                 if is_at(one, other) {
                     continue;
@@ -219,7 +219,7 @@ impl TiltShares {
     }
 }
 
-impl Met {
+impl PatchesAtCorner {
     fn add(&mut self, patch: [u32; 2]) {
         if self.count < MEET && !self.patches[..self.count].contains(&patch) {
             self.patches[self.count] = patch;

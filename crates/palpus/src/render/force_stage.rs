@@ -18,7 +18,8 @@ use crate::algebra::tolerance::FRICTION_SPREAD;
 use crate::algebra::{Pose, Twist};
 use crate::detect::Contact;
 use crate::force::{
-    Centers, Cluster, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, Tilted, normal_force, represent,
+    Centers, Cluster, FrictionCounters, FrictionInput, Grip, LinkageCounters, NetWrench, Tilted, normal_force,
+    represent,
 };
 
 /// Pose of the bodies and motion of the probe, in b's frame.
@@ -221,7 +222,7 @@ fn add_friction(
     }
     let most = friction_loads(motion, settings, scratch, forces);
     forces.most_load = most;
-    let grasp = Grasp {
+    let input = FrictionInput {
         contacts,
         members: &forces.members,
         weights: &forces.weights,
@@ -232,7 +233,7 @@ fn add_friction(
         reach: settings.cluster_radius.max(settings.contact_tolerance),
         pose_ba: motion.pose_ba,
     };
-    forces.adhesion = scratch.friction.update(&grasp, friction);
+    forces.adhesion = scratch.friction.update(&input, friction);
     forces.grips.extend_from_slice(scratch.friction.grips());
     for grip in &forces.grips {
         forces.net.add(grip.force, grip.point, &motion.centers);

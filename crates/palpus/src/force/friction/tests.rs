@@ -18,7 +18,7 @@ fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, norm
     let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
     let weights: Vec<f64> = contacts.iter().map(|contact| T - contact.separation).collect();
     let holds: Vec<DVec3> = contacts.iter().map(Contact::midpoint).collect();
-    let grasp = Grasp {
+    let input = FrictionInput {
         contacts,
         members: &members,
         weights: &weights,
@@ -29,7 +29,7 @@ fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, norm
         reach: 4e-3,
         pose_ba,
     };
-    tracker.update(&grasp, &SETTINGS);
+    tracker.update(&input, &SETTINGS);
     tracker.grips().iter().map(|grip| grip.force).sum()
 }
 
@@ -152,7 +152,7 @@ fn next_piece_takes_over_the_strain() {
     assert_eq!(tick(&mut tracker.clone(), &[far], pose, NORMAL_FORCE), DVec3::ZERO);
     let opposed = Contact { normal: -DVec3::Z, ..next };
     assert_eq!(tick(&mut tracker.clone(), &[opposed], pose, NORMAL_FORCE), DVec3::ZERO);
-    let grasp = Grasp {
+    let input = FrictionInput {
         contacts: &[],
         members: &[],
         weights: &[],
@@ -163,7 +163,7 @@ fn next_piece_takes_over_the_strain() {
         reach: 4e-3,
         pose_ba: pose,
     };
-    tracker.update(&grasp, &SETTINGS);
+    tracker.update(&input, &SETTINGS);
     assert!(tracker.adhesions().is_empty());
     assert_eq!(tick(&mut tracker, &[next], pose, NORMAL_FORCE), DVec3::ZERO);
 }
@@ -238,7 +238,7 @@ fn load_share_sets_the_tangential_stiffness() {
         for x in [DVec3::ZERO, shift] {
             let (contact, pose_ba) = block(x);
             let cluster = represent(&[contact], &[0], &[contact.normal], &[T - contact.separation], 0, T);
-            let grasp = Grasp {
+            let input = FrictionInput {
                 contacts: &[contact],
                 members: &[0],
                 weights: &[T - contact.separation],
@@ -249,7 +249,7 @@ fn load_share_sets_the_tangential_stiffness() {
                 reach: 4e-3,
                 pose_ba,
             };
-            tracker.update(&grasp, &SETTINGS);
+            tracker.update(&input, &SETTINGS);
             force = tracker.grips()[0].force;
         }
         force

@@ -8,7 +8,7 @@ use crate::collision::{LeafPair, PlacedPair, Side};
 
 /// Input of a query.
 #[derive(Clone, Copy)]
-pub(super) struct Asked<'q> {
+pub(super) struct QueryInput<'q> {
     pub(super) settings: &'q QuerySettings,
     pub(super) a: &'q Body,
     pub(super) b: &'q Body,
@@ -22,7 +22,7 @@ pub(super) struct Asked<'q> {
     offset: f64,
 }
 
-impl<'q> Asked<'q> {
+impl<'q> QueryInput<'q> {
     /// Returns the input of a query with these settings at a pose.
     pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, settings: &'q QuerySettings) -> Self {
         let QuerySettings { tolerance, contact_offset, .. } = *settings;
