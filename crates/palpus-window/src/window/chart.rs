@@ -55,6 +55,8 @@ pub(super) struct Chart {
     pub(super) names: Vec<(String, Rgb)>,
     pub(super) series: Vec<Series>,
     pub(super) said: Said,
+    /// Unit of the values.
+    pub(super) unit: &'static str,
     /// Smallest range of the scale, so that rounding errors near zero do not fill the chart.
     pub(super) least: f64,
 }
@@ -66,7 +68,7 @@ const MICRO: f64 = 1e6;
 /// Returns all charts. `names`: names of the felt and the compared settings, if a comparison runs.
 pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) -> Vec<Chart> {
     let is_spectrum = kind == Kind::Spectrum;
-    let vector = |title: &str, rgb: Rgb, size: [Series; 2], parts: [Series; 3], said: Said, least: [f64; 2]| {
+    let vector = |title: &str, unit, rgb: Rgb, size: [Series; 2], parts: [Series; 3], said: Said, least: [f64; 2]| {
         let title = if is_spectrum { format!("{title}, spectrum") } else { title.to_owned() };
         let mut chart = Chart {
             kind,
@@ -74,6 +76,7 @@ pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) ->
             names: vec![(title, rgb)],
             series: Vec::new(),
             said,
+            unit,
             least: least[usize::from(is_spectrum)],
         };
         if kind == Kind::Parts {
@@ -96,6 +99,7 @@ pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) ->
     let [x, y, z] = colours.axes;
     let force = vector(
         "force",
+        "N",
         colours.force,
         [felt(|t| t.force.length(), colours.force), compared(|t| t.force.length())],
         [felt(|t| t.force.x, x), felt(|t| t.force.y, y), felt(|t| t.force.z, z)],
@@ -104,28 +108,32 @@ pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) ->
     );
     let torque = vector(
         "torque",
+        "mN·m",
         colours.torque,
         [felt(|t| t.torque.length() * MILLI, colours.torque), compared(|t| t.torque.length() * MILLI)],
         [felt(|t| t.torque.x * MILLI, x), felt(|t| t.torque.y * MILLI, y), felt(|t| t.torque.z * MILLI, z)],
         |felt, compared| pair(felt.map(|t| t.torque), compared.map(|t| t.torque), "mN·m", MILLI, 1),
         [5.0, 0.05],
     );
-    let one = |names: Vec<(String, Rgb)>, series, said: Said, least| Chart {
+    let one = |names: Vec<(String, Rgb)>, unit, series, said: Said, least| Chart {
         kind,
         has_spectrum: false,
         names,
         series,
         said,
+        unit,
         least,
     };
     let time = one(
         vec![("query".to_owned(), colours.cluster), ("forces".to_owned(), colours.sliding)],
+        "µs",
         vec![felt(|t| t.query * MICRO, colours.cluster), felt(|t| t.force_time * MICRO, colours.sliding)],
         |felt, _| felt.map_or(String::new(), |t| format!("{:.0} µs", t.query * MICRO)),
         20.0,
     );
     let contacts = one(
         vec![("contacts".to_owned(), colours.ink)],
+        "",
         vec![felt(|t| f64::from(t.contacts), colours.ink)],
         |felt, _| felt.map_or(String::new(), |t| t.contacts.to_string()),
         4.0,

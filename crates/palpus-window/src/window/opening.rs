@@ -56,6 +56,7 @@ impl Opening {
     pub(super) fn show(&mut self, context: &Context, run: &mut dyn Run) -> Result<bool, String> {
         self.probe.look(run);
         self.environment.look(run);
+        Slot::guess_units(&mut self.probe, &mut self.environment);
         let mut wanted = None;
         let mut cancelled = false;
         let room = context.content_rect().size() - egui::Vec2::splat(MARGIN);

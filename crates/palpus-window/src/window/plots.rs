@@ -4,7 +4,8 @@
 //! The plots use every tick: a column of pixels shows the smallest and the largest value of its
 //! ticks. The background shows the state of contact, as in the paper's Figure 5: green with
 //! contacts and no overlap (D), red with overlap (P). Above each chart is its newest value, or the
-//! value at the cursor, which all charts share. A drag freezes the charts and moves back in time.
+//! value at the cursor, which all charts share. Above a spectrum are its largest amplitude and the
+//! frequency of this amplitude. A drag freezes the charts and moves back in time.
 
 use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 
@@ -108,15 +109,13 @@ impl Seen<'_> {
         let painter = ui.painter_at(field);
         painter.rect_filled(field, 3.0, ui.visuals().faint_bg_color);
         let width = field.width().max(1.0) as usize;
-        let mut top = field.top();
-        match chart.kind {
-            Kind::Spectrum if chart.has_spectrum => {
-                self.spectra(&painter, field, width, chart);
-                // The frequencies are in the first line.
-                top += 1.3 * SCALE;
-            }
-            _ => self.curves(&painter, field, width, chart),
+        if self.is_spectrum(chart) {
+            self.spectra(&painter, field, width, chart);
+        } else {
+            self.curves(&painter, field, width, chart);
         }
+        // The times or frequencies are in the first line.
+        let top = field.top() + 1.3 * SCALE;
         let mut right = field.right() - 4.0;
         for (name, rgb) in rest.iter().rev() {
             let words = painter.layout_no_wrap(name.clone(), FontId::proportional(SCALE), colour(*rgb));
@@ -125,6 +124,10 @@ impl Seen<'_> {
             right = at.left() - 6.0;
             painter.galley(at.min, words, colour(*rgb));
         }
+    }
+
+    fn is_spectrum(&self, chart: &Chart) -> bool {
+        chart.kind == Kind::Spectrum && chart.has_spectrum
     }
 
     fn x(&self, field: &Rect, time: f64) -> f32 {
@@ -152,7 +155,9 @@ impl Seen<'_> {
         let lines = |painter: &Painter, stroke: Stroke| {
             let mut mark = (self.end / MARK).floor() * MARK;
             while mark > self.end - SPAN {
-                painter.vline(self.x(&field, mark), field.y_range(), stroke);
+                let x = self.x(&field, mark);
+                painter.vline(x, field.y_range(), stroke);
+                self.mark(painter, field, x, format!("{mark:.0} s"), field.width() * (MARK / SPAN) as f32);
                 mark -= MARK;
             }
         };
@@ -174,20 +179,37 @@ impl Seen<'_> {
             })
             .collect();
         let lines = |painter: &Painter, stroke: Stroke| {
-            let font = FontId::proportional(SCALE);
             let mut mark = MARK_HZ;
             while mark < half_rate {
                 let x = field.left() + field.width() * (mark / half_rate) as f32;
                 painter.vline(x, field.y_range(), stroke);
-                if field.width() / (half_rate / MARK_HZ) as f32 > 3.5 * SCALE {
-                    let words = format!("{mark:.0} Hz");
-                    let faint = colour(self.colours.faint);
-                    painter.text(pos2(x + 2.0, field.top()), Align2::LEFT_TOP, words, font.clone(), faint);
-                }
+                self.mark(painter, field, x, format!("{mark:.0} Hz"), field.width() * (MARK_HZ / half_rate) as f32);
                 mark += MARK_HZ;
             }
         };
         self.draw(painter, field, chart, &shown, lines);
+    }
+
+    /// Writes `words` beside a vertical line at `x`, if there is space. `spacing` is the distance of
+    /// the lines, points.
+    fn mark(&self, painter: &Painter, field: Rect, x: f32, words: String, spacing: f32) {
+        // The text of the scale is at the left.
+        let is_free = x > field.left() + 3.0 * SCALE && x < field.right() - 2.5 * SCALE;
+        if is_free && spacing > 3.5 * SCALE {
+            let faint = colour(self.colours.faint);
+            painter.text(pos2(x + 2.0, field.top()), Align2::LEFT_TOP, words, FontId::proportional(SCALE), faint);
+        }
+    }
+
+    /// Returns the largest amplitude of the felt curve and its frequency as text.
+    fn peak(&self, chart: &Chart) -> String {
+        let felt = chart.series.last().map(|series| self.values(series).map(|(_, value)| value).collect::<Vec<f64>>());
+        let amplitudes = felt.and_then(|values| amplitudes(&values)).unwrap_or_default();
+        let peak = amplitudes.iter().enumerate().max_by(|x, y| x.1.total_cmp(y.1));
+        peak.map_or(String::new(), |(k, amplitude)| {
+            let frequency = (k + 1) as f64 * self.rate() / LENGTH as f64;
+            format!("{amplitude:.3} {} at {frequency:.0} Hz", chart.unit)
+        })
     }
 
     /// Returns the number of ticks per second.
@@ -245,7 +267,11 @@ impl Seen<'_> {
             .collect();
         let widths: Vec<f32> = names.iter().map(|name| name.size().x + 8.0).collect();
         let wide = |count: usize| widths.iter().take(count).sum::<f32>();
-        let value = (chart.said)(self.history.at(self.cursor), self.history.compared_at(self.cursor));
+        let value = if self.is_spectrum(chart) {
+            self.peak(chart)
+        } else {
+            (chart.said)(self.history.at(self.cursor), self.history.compared_at(self.cursor))
+        };
         let galley = |font: FontId| painter.layout_no_wrap(value.clone(), font, ink);
         let large = galley(large_font());
         let [small, least] = [VALUE, LEAST_VALUE].map(|size| galley(FontId::proportional(size)));
@@ -271,7 +297,7 @@ impl Seen<'_> {
 }
 
 /// Rounds up to the next of 1, 2, 5, 10, 20, 50, ….
-fn round_up(value: f64) -> f64 {
+pub(super) fn round_up(value: f64) -> f64 {
     let ten = 10f64.powf(value.log10().floor());
     let step = [1.0, 2.0, 5.0].into_iter().find(|step| step * ten >= value * (1.0 - 1e-9));
     step.unwrap_or(10.0) * ten

@@ -1,7 +1,8 @@
 //! A file of the dialog: its path, its content, and its unit of length.
 //!
 //! If the path names a file, the file is read at once on a separate thread, to find out whether it
-//! is a scene or a mesh, and its size. The unit of a mesh is guessed from its size.
+//! is a scene or a mesh, and its size. The unit of a mesh is guessed from its size, or for two
+//! meshes from both sizes, until the user selects a unit.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -14,6 +15,8 @@ use super::theme::small;
 
 /// Likely sizes of probe and environment, m.
 const LIKELY: [f64; 2] = [4e-3, 1.2];
+/// Largest likely ratio of the sizes of two bodies.
+const LIKELY_RATIO: f64 = 10.0;
 
 /// See the module's description.
 pub(super) struct Slot {
@@ -21,6 +24,8 @@ pub(super) struct Slot {
     /// The path that was read, and the result.
     read: Option<(PathBuf, Reading)>,
     unit: Unit,
+    /// True if the user selected the unit.
+    is_selected: bool,
 }
 
 enum Reading {
@@ -72,12 +77,31 @@ impl Unit {
         }
     }
 
+    /// Returns true if a body whose largest side has this length suits a person's hand.
+    fn fits(self, largest: f64) -> bool {
+        (LIKELY[0]..=LIKELY[1]).contains(&(largest * self.metres()))
+    }
+
     /// Returns the first unit with which the largest side suits an object that people hold or
     /// touch.
     fn likely(size: DVec3) -> Self {
         let largest = size.max_element();
-        let fits = |unit: &Self| (LIKELY[0]..=LIKELY[1]).contains(&(largest * unit.metres()));
-        Self::ALL.into_iter().find(fits).unwrap_or(Self::Millimetre)
+        Self::ALL.into_iter().find(|unit| unit.fits(largest)).unwrap_or(Self::Millimetre)
+    }
+
+    /// Returns likely units of two bodies that touch each other. Each of the bodies suits a hand,
+    /// their sizes are similar, and their units are equal if possible. `selected` are units that
+    /// the user selected. `None` if no units are likely.
+    fn likely_pair(sizes: [DVec3; 2], selected: [Option<Self>; 2]) -> Option<[Self; 2]> {
+        let largest = sizes.map(DVec3::max_element);
+        let is_likely = |units: &[Self; 2]| {
+            let ratio = largest[0] * units[0].metres() / (largest[1] * units[1].metres());
+            (0..2).all(|k| selected[k].map_or(units[k].fits(largest[k]), |unit| unit == units[k]))
+                && (LIKELY_RATIO.recip()..=LIKELY_RATIO).contains(&ratio)
+        };
+        let equal = Self::ALL.map(|unit| [unit; 2]);
+        let all = Self::ALL.into_iter().flat_map(|first| Self::ALL.map(|second| [first, second]));
+        equal.into_iter().chain(all).find(is_likely)
     }
 }
 
@@ -85,7 +109,24 @@ impl Slot {
     /// Creates a slot with a file, or an empty slot.
     pub(super) fn new(path: Option<&Path>) -> Self {
         let path = path.map_or(String::new(), |path| path.display().to_string());
-        Self { path, read: None, unit: Unit::Millimetre }
+        Self { path, read: None, unit: Unit::Millimetre, is_selected: false }
+    }
+
+    /// Guesses the units of two meshes together, unless the user selected them.
+    pub(super) fn guess_units(first: &mut Self, second: &mut Self) {
+        let (Some(one), Some(other)) = (first.size(), second.size()) else { return };
+        let selected = [&*first, &*second].map(|slot| slot.is_selected.then_some(slot.unit));
+        if let Some(units) = Unit::likely_pair([one, other], selected) {
+            [first.unit, second.unit] = units;
+        }
+    }
+
+    /// Returns the sides of the mesh's box in its unit; `None` if the file is not a mesh.
+    fn size(&self) -> Option<DVec3> {
+        match &self.read {
+            Some((_, Reading::Done(Ok(FileKind::Mesh { size, .. })))) => Some(*size),
+            _ => None,
+        }
     }
 
     /// Returns the state.
@@ -122,7 +163,7 @@ impl Slot {
             Err(TryRecvError::Disconnected) => Err("it could not be read".to_owned()),
         };
         if let Ok(FileKind::Mesh { size, .. }) = &kind {
-            self.unit = Unit::likely(*size);
+            (self.unit, self.is_selected) = (Unit::likely(*size), false);
         }
         *reading = Reading::Done(kind);
     }
@@ -158,7 +199,7 @@ impl Slot {
                 ui.horizontal_wrapped(|ui| {
                     ui.label(small("unit"));
                     for unit in Unit::ALL {
-                        ui.radio_value(&mut self.unit, unit, unit.name());
+                        self.is_selected |= ui.radio_value(&mut self.unit, unit, unit.name()).clicked();
                     }
                     ui.label(small(format!("{triangles} triangles, {}", sides(size * self.unit.metres()))));
                 });
@@ -189,6 +230,19 @@ mod tests {
             assert_eq!(Unit::likely(DVec3::new(0.5 * largest, largest, 0.1 * largest)).name(), unit, "{largest}");
         }
         assert_eq!(sides(DVec3::new(0.08, 0.044, 0.03)), "80.0 × 44.0 × 30.0 mm");
+    }
+
+    #[test]
+    fn units_of_two_meshes_are_guessed_together() {
+        let guess = |sizes: [f64; 2], selected| {
+            Unit::likely_pair(sizes.map(DVec3::splat), selected).map(|units| units.map(Unit::name))
+        };
+        // A piece of 1 unit and a part of 6 units: 1 m beside 6 mm is not likely.
+        assert_eq!(guess([1.0, 6.0], [None; 2]), Some(["cm", "cm"]));
+        assert_eq!(guess([80.0, 40.0], [None; 2]), Some(["mm", "mm"]));
+        assert_eq!(guess([0.15, 120.0], [None; 2]), Some(["m", "mm"]));
+        assert_eq!(guess([1.0, 6.0], [None, Some(Unit::Millimetre)]), Some(["cm", "mm"]));
+        assert_eq!(guess([9e9, 1.0], [None; 2]), None);
     }
 
     #[test]

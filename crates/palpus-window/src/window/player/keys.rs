@@ -25,11 +25,13 @@ pub(super) enum Action {
     Wrench,
     Anchors,
     Glass,
+    /// Shows or hides the panel at the right.
+    Side,
     Scene(SceneAction),
 }
 
 /// Key, whether it needs Shift, action, name and text in the list. Second keys have no name.
-const KEYS: [(Key, bool, Action, &str, &str); 21] = [
+const KEYS: [(Key, bool, Action, &str, &str); 22] = [
     (Key::Space, false, Action::Play, "Space", "play, pause"),
     (Key::ArrowRight, false, Action::Step(1), "Right", "one tick on"),
     (Key::ArrowLeft, false, Action::Step(-1), "Left", "one tick back"),
@@ -41,7 +43,7 @@ const KEYS: [(Key, bool, Action, &str, &str); 21] = [
     (Key::End, false, Action::End, "End", "to the end"),
     (Key::N, false, Action::LaterMark, "N", "to the next late tick or fault"),
     (Key::B, false, Action::EarlierMark, "B", "to the one before"),
-    (Key::M, false, Action::Strongest, "M", "to the largest force"),
+    (Key::J, false, Action::Strongest, "J", "to the largest force"),
     (Key::Minus, false, Action::Slower, "−", "half as fast"),
     (Key::Plus, false, Action::Faster, "+", "twice as fast"),
     (Key::Plus, true, Action::Faster, "", ""),
@@ -51,6 +53,7 @@ const KEYS: [(Key, bool, Action, &str, &str); 21] = [
     (Key::F, false, Action::Wrench, "F", "force and torque on the hand"),
     (Key::H, false, Action::Anchors, "H", "where friction holds"),
     (Key::T, false, Action::Glass, "T", "see through the environment"),
+    (Key::M, false, Action::Side, "M", "show or hide the right panel"),
 ];
 
 const MOUSE: [(&str, &str); 4] = [

@@ -113,6 +113,8 @@ struct Player {
     shown: Option<(usize, Option<usize>)>,
     progress: Progress,
     every: usize,
+    /// True if the panel at the right is shown.
+    has_side: bool,
     help: bool,
     status: Status,
 }
@@ -141,6 +143,7 @@ impl Player {
             shown: None,
             progress: Progress::default(),
             every: 1,
+            has_side: true,
             help: false,
             status: Status::new("? shows the keys"),
         })
@@ -183,6 +186,7 @@ impl Player {
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
             Action::Glass => self.scene.turn_glass(),
+            Action::Side => self.has_side ^= true,
             Action::Scene(action) => self.act_on_scene(context, action),
         }
     }
@@ -280,9 +284,11 @@ impl eframe::App for Player {
         }
         // In a small window the panels are smaller, so that the scene keeps its space.
         let whole = context.content_rect().size();
-        egui::Panel::right("side").default_size(SIDE.min(0.42 * whole.x)).show(ui, |ui| {
-            egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));
-        });
+        if self.has_side {
+            egui::Panel::right("side").default_size(SIDE.min(0.42 * whole.x)).show(ui, |ui| {
+                egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));
+            });
+        }
         egui::Panel::bottom("time")
             .default_size(CURVES.min(0.5 * whole.y))
             .resizable(true)

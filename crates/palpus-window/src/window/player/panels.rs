@@ -110,14 +110,14 @@ impl Player {
     pub(super) fn below(&mut self, ui: &mut egui::Ui) {
         let context = ui.ctx().clone();
         ui.horizontal_wrapped(|ui| {
-            for (action, name) in [
-                (Action::Begin, "|<"),
-                (Action::Step(-1), "<"),
-                (Action::Play, if self.playing { "pause" } else { "play" }),
-                (Action::Step(1), ">"),
-                (Action::End, ">|"),
+            for (action, icon, hint) in [
+                (Action::Begin, "⏮", "to the beginning (Home)"),
+                (Action::Step(-1), "◀", "one tick back (Left)"),
+                (Action::Play, if self.playing { "⏸" } else { "▶" }, "play, pause (Space)"),
+                (Action::Step(1), "▶|", "one tick on (Right)"),
+                (Action::End, "⏭", "to the end (End)"),
             ] {
-                if ui.button(name).clicked() {
+                if ui.button(icon).on_hover_text(hint).clicked() {
                     self.act(&context, action);
                 }
             }
@@ -132,7 +132,7 @@ impl Player {
             for (action, name) in [
                 (Action::EarlierMark, "earlier fault (B)"),
                 (Action::LaterMark, "next fault (N)"),
-                (Action::Strongest, "largest force (M)"),
+                (Action::Strongest, "largest force (J)"),
             ] {
                 if ui.button(name).clicked() {
                     self.act(&context, action);
@@ -149,7 +149,9 @@ impl Player {
         });
         ui.spacing_mut().slider_width = (ui.available_width() - SLIDER_NUMBER).max(50.0);
         let end = self.timeline.end().max(f64::MIN_POSITIVE);
-        ui.add(egui::Slider::new(&mut self.time, 0.0..=end).fixed_decimals(3).suffix(" s"));
+        // A fixed number of decimals would round the time, and the tick before would be shown.
+        let written = |time: f64, _| format!("{time:.3} s");
+        ui.add(egui::Slider::new(&mut self.time, 0.0..=end).custom_formatter(written));
         let known = if self.progress.ticks == 0 { 0 } else { self.progress.ticks - 1 };
         let tick = self.tick();
         if let Some(time) = self.timeline.show(ui, self.style.theme, tick, known) {

@@ -11,6 +11,7 @@ use super::ReplayedTick;
 use crate::picture::Rgb;
 use crate::style::Theme;
 use crate::window::columns::{Column, columns};
+use crate::window::plots::round_up;
 use crate::window::view3d::colour;
 
 /// A value of every tick.
@@ -52,6 +53,10 @@ struct Columns {
 const LABEL: f32 = 108.0;
 /// A strip lower than this has its name and its value side by side.
 const LOW: f32 = 30.0;
+/// Height of the times below the curves, points.
+const AXIS: f32 = 14.0;
+/// Smallest distance of two times below the curves, points.
+const BETWEEN_TIMES: f32 = 64.0;
 /// Gap between two strips, points.
 const GAP: f32 = 3.0;
 /// Size of the letters, points.
@@ -100,13 +105,13 @@ impl Timeline {
     /// Ticks after `known` are paler.
     pub(super) fn show(&mut self, ui: &mut egui::Ui, theme: Theme, tick: usize, known: usize) -> Option<f64> {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        let plot = Rect::from_min_max(rect.min + vec2(LABEL, 0.0), rect.max);
+        let plot = Rect::from_min_max(rect.min + vec2(LABEL, 0.0), rect.max - vec2(0.0, AXIS));
         let width = (plot.width().max(2.0)) as usize;
         if self.columns.as_ref().is_none_or(|columns| columns.width != width) {
             self.columns = Some(self.divided(width));
         }
         let Some(divided) = &self.columns else { return None };
-        let tall = rect.height() / self.curves.len().max(1) as f32;
+        let tall = plot.height() / self.curves.len().max(1) as f32;
         for (k, curve) in self.curves.iter().enumerate() {
             let top = plot.top() + k as f32 * tall;
             let strip = Rect::from_min_max(Pos2::new(plot.left(), top), Pos2::new(plot.right(), top + tall - GAP));
@@ -115,6 +120,7 @@ impl Timeline {
         let end = self.end().max(f64::MIN_POSITIVE);
         let x = |time: f64| plot.left() + (time / end) as f32 * plot.width();
         let colours = theme.colours();
+        self.axis(ui, plot, theme);
         if known + 1 < self.times.len() {
             let rest = Rect::from_min_max(Pos2::new(x(self.time(known)), plot.top()), plot.max);
             ui.painter().rect_filled(rest, 0.0, colour(colours.below).gamma_multiply(0.55));
@@ -122,6 +128,25 @@ impl Timeline {
         ui.painter().vline(x(self.time(tick)), plot.y_range(), Stroke::new(1.6, colour(colours.ink)));
         let at = (response.is_pointer_button_down_on() || response.clicked()).then(|| response.interact_pointer_pos());
         at.flatten().map(|at| f64::from(((at.x - plot.left()) / plot.width()).clamp(0.0, 1.0)) * end)
+    }
+
+    /// Draws lines at round times, and the times below the curves.
+    fn axis(&self, ui: &egui::Ui, plot: Rect, theme: Theme) {
+        let colours = theme.colours();
+        let end = self.end().max(f64::MIN_POSITIVE);
+        let step = round_up(end * f64::from(BETWEEN_TIMES / plot.width().max(1.0)));
+        let decimals = (-step.log10().floor()).max(0.0) as usize;
+        for k in 0..=(end / step) as usize {
+            let time = step * k as f64;
+            let x = plot.left() + (time / end) as f32 * plot.width();
+            ui.painter().vline(x, plot.y_range(), Stroke::new(1.0, colour(colours.faint).gamma_multiply(0.25)));
+            let align = if k == 0 { egui::Align2::LEFT_TOP } else { egui::Align2::CENTER_TOP };
+            if x + 0.4 * BETWEEN_TIMES < plot.right() {
+                let words = format!("{time:.decimals$} s");
+                let font = FontId::proportional(WORDS);
+                ui.painter().text(Pos2::new(x, plot.bottom()), align, words, font, colour(colours.faint));
+            }
+        }
     }
 
     /// Draws one curve with its name, its largest value and the value at the cursor.
