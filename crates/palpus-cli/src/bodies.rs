@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpus::body::{Body, BodySettings, PolygonSoup};
-use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, MeshFileError, Threads, read_mesh_noting};
+use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, MeshFileError, Threads, read_mesh_from, read_mesh_noting};
 
-use crate::output;
+use crate::{files, output};
 
 /// A body and its origin.
 pub(crate) struct Prepared {
@@ -45,9 +45,14 @@ pub(crate) fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
     read_mesh_noting(path, &mut |notice| output::note(format!("note: {notice}")))
 }
 
-/// Reads and prepares a model file, in model units.
+/// Reads and prepares a model file, or the model from standard input for `-`, in model units.
 pub(crate) fn prepare_file(path: &Path, settings: &BodySettings) -> anyhow::Result<Prepared> {
-    prepare_mesh_telling(path, &read_mesh(path)?, settings, &Teller::Bar)
+    if !files::is_standard(path) {
+        return prepare_mesh_telling(path, &read_mesh(path)?, settings, &Teller::Bar);
+    }
+    let name = files::input_name(path);
+    let soup = read_mesh_from(files::read_standard()?, &name)?;
+    prepare_soup(&name, &soup, settings).with_context(|| format!("the model from {name} cannot be prepared"))
 }
 
 /// Prepares the polygons of a model file, and reports progress to `teller`.

@@ -94,7 +94,7 @@ pub(crate) fn answer_all(pair: &Pair, arguments: &PairArguments) -> anyhow::Resu
     let goal = GlobalSettings { gap, budget: arguments.budget, outside: arguments.outside };
     let notes = [(&arguments.a, a), (&arguments.b, b)]
         .into_iter()
-        .filter_map(|(path, body)| note_of(&path.display().to_string(), body))
+        .filter_map(|(path, body)| note_of(&files::input_name(path), body))
         .collect();
     let threads = Threads::all();
     let begin = Instant::now();

@@ -4,8 +4,9 @@ use std::fmt::Display;
 use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use etcetera::BaseStrategy;
 use palpus::algebra::Pose;
 use palpus_io::query::read_poses_from;
@@ -30,18 +31,38 @@ pub(crate) fn beside(base: &Path, addition: impl Display) -> PathBuf {
 }
 
 /// The file name that means standard input or output.
-pub(crate) const STANDARD: &str = "-";
-/// Largest size of a list of poses from standard input, bytes.
-const MOST_INPUT: u64 = 1 << 32;
+const STANDARD: &str = "-";
+/// Largest size of the data from standard input, bytes.
+const MOST_INPUT: u64 = 1 << 33;
 
-/// Reads a list of poses from a file, or from standard input for `-`.
-pub(crate) fn read_poses(file: &Path) -> anyhow::Result<Vec<Pose>> {
-    if file != Path::new(STANDARD) {
-        return Ok(palpus_io::read_poses(file)?);
+/// Returns true for the file name `-`, which means standard input or output.
+pub(crate) fn is_standard(file: &Path) -> bool {
+    file == Path::new(STANDARD)
+}
+
+/// Returns the name of an input file for messages.
+pub(crate) fn input_name(file: &Path) -> String {
+    if is_standard(file) { "standard input".to_owned() } else { file.display().to_string() }
+}
+
+/// Reads standard input to its end. Fails if it was read before, because one stream cannot be two
+/// files.
+pub(crate) fn read_standard() -> anyhow::Result<Vec<u8>> {
+    static IS_READ: AtomicBool = AtomicBool::new(false);
+    if IS_READ.swap(true, Ordering::Relaxed) {
+        bail!("`-` stands for standard input, which has the data of one file; name the other file");
     }
     let mut bytes = Vec::new();
     std::io::stdin().take(MOST_INPUT).read_to_end(&mut bytes).context("standard input cannot be read")?;
-    Ok(read_poses_from(&bytes, "standard input")?)
+    Ok(bytes)
+}
+
+/// Reads a list of poses from a file, or from standard input for `-`.
+pub(crate) fn read_poses(file: &Path) -> anyhow::Result<Vec<Pose>> {
+    if !is_standard(file) {
+        return Ok(palpus_io::read_poses(file)?);
+    }
+    Ok(read_poses_from(&read_standard()?, &input_name(file))?)
 }
 
 /// Creates a folder and its parents, if they do not exist.

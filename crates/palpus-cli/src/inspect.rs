@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::args::{InspectArguments, PictureArguments};
 use crate::sweeps::Sweeps;
-use crate::{bodies, output, picture};
+use crate::{bodies, files, output, picture};
 
 /// Document of `--json`; lengths are in model units.
 #[derive(Serialize)]
@@ -63,7 +63,7 @@ pub(crate) fn inspect(arguments: &InspectArguments) -> anyhow::Result<ExitCode> 
     let prepared = bodies::prepare_file(&arguments.model, &BodySettings::default())?;
     let body = &Arc::new(prepared.body);
     let health = Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning);
-    let name = arguments.model.display().to_string();
+    let name = files::input_name(&arguments.model);
     let sweeps = (arguments.sweeps && body.mesh().is_closed()).then(|| Sweeps::of(body, arguments.samples));
     let report = Report {
         sweeps,

@@ -65,7 +65,9 @@ mod window;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, Parser};
+use palpus_io::similar_name;
 
 use args::{Arguments, Command};
 
@@ -86,7 +88,8 @@ static ALLOCATOR: palpus_alloc::CountingAllocator = palpus_alloc::CountingAlloca
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
-        Err(answer) => {
+        Err(mut answer) => {
+            suggest_command(&mut answer);
             // Also prints help and version; write errors are ignored.
             let _ = answer.print();
             return ExitCode::from(if answer.use_stderr() { 2 } else { 0 });
@@ -98,6 +101,20 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             output::error(&error);
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Adds the most similar command to the error about an unknown command. clap finds none for short
+/// names such as `rnu`.
+fn suggest_command(error: &mut clap::Error) {
+    let unknown = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(name)) if error.get(ContextKind::SuggestedSubcommand).is_none() => name.clone(),
+        _ => return,
+    };
+    let program = Arguments::command();
+    let names: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+    if let Some(similar) = similar_name(&unknown, &names) {
+        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![similar.to_owned()]));
     }
 }
 

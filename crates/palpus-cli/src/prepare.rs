@@ -11,7 +11,7 @@ use palpus_io::write_obj_groups;
 use serde::Serialize;
 
 use crate::args::PrepareArguments;
-use crate::{bodies, output};
+use crate::{bodies, files, output};
 
 /// Entry of `--json` for one model.
 #[derive(Serialize)]
@@ -40,7 +40,7 @@ pub(crate) fn prepare(arguments: &PrepareArguments) -> anyhow::Result<ExitCode> 
         let triangles = body.mesh().triangles().len();
         let pieces = body.pieces().len();
         reports.push(Report {
-            model: model.display().to_string(),
+            model: files::input_name(model),
             triangles,
             pieces,
             pieces_per_triangle: pieces as f64 / triangles as f64,

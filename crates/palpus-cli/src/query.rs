@@ -33,10 +33,10 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
     let b = bodies::prepare_file(&arguments.b, &settings)?.body;
     let tolerance = tolerance_of(arguments.tolerance, &a, &b)?;
     // The table goes to standard output, unless a file or a document is requested.
-    let to_stdout = (!arguments.json).then_some(Path::new(files::STANDARD));
-    let mut rows = match arguments.out.as_deref().or(to_stdout) {
+    let mut rows = match &arguments.out {
         Some(path) => Some(QueryWriter::new(create(path)?)?),
-        None => None,
+        None if arguments.json => None,
+        None => Some(QueryWriter::new(standard_output())?),
     };
     let mut results = Vec::new();
     let mut contact_rows = match &arguments.contacts {
@@ -105,12 +105,16 @@ pub(crate) fn tolerance_of(typed: Option<f64>, a: &Body, b: &Body) -> anyhow::Re
 
 /// Opens a buffered file to write to, or standard output for `-`; the error names the file.
 pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<Box<dyn Write>>> {
-    if path == Path::new(files::STANDARD) {
-        return Ok(BufWriter::new(Box::new(output::Answer::new())));
+    if files::is_standard(path) {
+        return Ok(standard_output());
     }
     let file =
         File::create(path).with_context(|| format!("{} could not be created; check the folder", path.display()))?;
     Ok(BufWriter::new(Box::new(file)))
+}
+
+fn standard_output() -> BufWriter<Box<dyn Write>> {
+    BufWriter::new(Box::new(output::Answer::new()))
 }
 
 /// Results at one pose.

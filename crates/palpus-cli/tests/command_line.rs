@@ -4,10 +4,8 @@
 mod program_run;
 
 use std::fs;
-use std::io::Write;
-use std::process::Stdio;
 
-use program_run::{Folder, assert_success, command, json, palpus, text};
+use program_run::{Folder, assert_success, json, palpus, piped, text};
 
 /// A cube of side 2 about the origin.
 const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
@@ -40,30 +38,17 @@ fn every_command_has_a_man_page() {
 fn poses_come_from_standard_input() {
     let folder = Folder::new("pipe");
     folder.file("cube.obj", CUBE);
-    let piped = |more: &[&str]| {
+    let query = |more: &[&str]| {
         let line = [&["query", "cube.obj", "cube.obj", "--poses", "-"], more].concat();
-        let mut child = command(&folder.0, &line);
-        let mut child = child
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        child
-            .stdin
-            .take()
-            .expect("standard input is a pipe")
-            .write_all(POSES.as_bytes())
-            .expect("the program reads the poses");
-        let output = child.wait_with_output().expect("the program ends");
+        let output = piped(&folder.0, &line, POSES.as_bytes());
         assert_success(&output);
         output
     };
     for out in [&[][..], &["--out", "-"]] {
-        let table = text(&piped(out).stdout);
+        let table = text(&query(out).stdout);
         assert!(table.starts_with("frame,separation,") && table.lines().count() == 3, "{table}");
     }
-    let document = json(&piped(&["--json", "--tolerance", "1"]));
+    let document = json(&query(&["--json", "--tolerance", "1"]));
     let separations: Vec<f64> = document["results"]
         .as_array()
         .expect("the results are a list")
@@ -72,6 +57,38 @@ fn poses_come_from_standard_input() {
         .collect();
     assert_eq!(separations, [0.5, -0.5]);
     assert_eq!(document["tolerance"].as_f64(), Some(1.0));
+}
+
+#[test]
+fn models_come_from_standard_input() {
+    let folder = Folder::new("model-pipe");
+    folder.file("cube.obj", CUBE);
+    folder.file("poses.csv", POSES);
+    let run = |line: &[&str]| piped(&folder.0, line, CUBE.as_bytes());
+    let inspected = json(&run(&["inspect", "-", "--json"]));
+    assert_eq!((inspected["model"].as_str(), inspected["triangles"].as_u64()), (Some("standard input"), Some(12)));
+    assert_eq!(json(&run(&["prepare", "-", "--json"]))[0]["pieces"].as_u64(), Some(1));
+    for command in ["query", "depth", "clearance"] {
+        for models in [["-", "cube.obj"], ["cube.obj", "-"]] {
+            let line = [&[command], &models[..], &["--poses", "poses.csv", "--out", "out.csv"]].concat();
+            assert_success(&run(&line));
+        }
+        let twice = run(&[command, "-", "-", "--poses", "poses.csv", "--out", "out.csv"]);
+        assert_eq!(twice.status.code(), Some(1), "{command}");
+        assert!(text(&twice.stderr).contains("name the other file"), "{}", text(&twice.stderr));
+    }
+    let empty = piped(&folder.0, &["inspect", "-"], b"");
+    assert!(text(&empty.stderr).starts_with("error: standard input: "), "{}", text(&empty.stderr));
+}
+
+#[test]
+fn unknown_command_names_a_similar_one() {
+    let folder = Folder::new("similar");
+    for (typed, meant) in [("rnu", "run"), ("qury", "query")] {
+        let refused = palpus(&folder.0, &[typed]);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(text(&refused.stderr).contains(&format!("'{meant}'")), "{}", text(&refused.stderr));
+    }
 }
 
 #[test]

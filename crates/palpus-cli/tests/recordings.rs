@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use program_run::{Folder, command, document, palpus, text};
+use program_run::{Folder, command, document, palpus, piped, text};
 
 const FORMATS: [&str; 3] = ["csv", "parquet", "mcap"];
 
@@ -46,6 +46,11 @@ fn every_format_is_replayed_and_converted_bit_for_bit() {
         assert_eq!(recorded.len(), 2001);
         assert!(recorded == rows(&folder.0.join("felt.csv")), "a run with the device replay:{file} must be identical");
     }
+    let printed = palpus(&folder.0, &["convert", "run.mcap", "-"]);
+    let file = fs::read(folder.0.join("from-mcap.csv")).expect("the recording can be read");
+    assert!(printed.status.success() && printed.stdout == file, "standard output must be the CSV file");
+    let read = piped(&folder.0, &["convert", "-", "again.csv"], &printed.stdout);
+    assert!(read.status.success() && palpus(&folder.0, &["replay", "again.csv"]).status.success());
     let refused = palpus(&folder.0, &["convert", "run.csv", "run.csv"]);
     assert_eq!(refused.status.code(), Some(1));
     let refused = palpus(&folder.0, &["run", "box-table", "--fast", "--duration", "0.1", "--record", "run.txt"]);

@@ -18,7 +18,8 @@ mod threads;
 pub use cache::{BodyCache, BodyKey, CacheMiss};
 pub use hand::{HandFile, RecordedHand, read_hand};
 pub use mesh::{
-    ContentHash, MeshFileError, MeshFormat, MeshProblem, Place, read_mesh, read_mesh_noting, write_obj_groups,
+    ContentHash, MeshFileError, MeshFormat, MeshProblem, Place, read_mesh, read_mesh_from, read_mesh_noting,
+    write_obj_groups,
 };
 pub use query::{ContactWriter, DepthWriter, QueryRow, QueryWriter, pose_of, read_poses};
 pub use record::{RecordRow, Recording, RecordingHeader, RecordingWriter, read_recording};

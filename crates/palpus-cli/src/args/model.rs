@@ -12,9 +12,9 @@ use super::PictureArguments;
     after_help = "Examples:\n  palpus query spoon.obj cup.obj --poses poses.csv --out result.csv --tolerance 0.01\n  make-poses | palpus query spoon.obj cup.obj --poses - | head\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row for each pose, in B's frame. separation is the distance, or minus the depth of the deepest contact; point_a - point_b = separation * normal.\ncertified: the distance, or the depth of every overlapping pair of convex pieces, is proven to be the smallest. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither."
 )]
 pub(crate) struct QueryArguments {
-    /// The model of body A (obj, stl, ply, off, gltf, glb).
+    /// The model of body A (obj, stl, ply, off, gltf, glb); `-` reads standard input.
     pub(crate) a: PathBuf,
-    /// The model of body B.
+    /// The model of body B, or `-`.
     pub(crate) b: PathBuf,
     /// Poses of A in B's frame (CSV); `-` reads standard input.
     #[arg(long, value_name = "F.csv")]
@@ -51,9 +51,9 @@ pub(crate) struct DepthArguments {
 /// Two models, their poses, and how close the bounds of their depth must be.
 #[derive(Debug, Args)]
 pub(crate) struct PairArguments {
-    /// The model of body A (obj, stl, ply, off, gltf, glb).
+    /// The model of body A (obj, stl, ply, off, gltf, glb); `-` reads standard input.
     pub(crate) a: PathBuf,
-    /// The model of body B.
+    /// The model of body B, or `-`.
     pub(crate) b: PathBuf,
     /// Poses of A in B's frame (CSV); `-` reads standard input.
     #[arg(long, value_name = "F.csv")]
@@ -99,7 +99,7 @@ pub(crate) struct ClearanceArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  palpus prepare cup.obj --pieces cup_pieces.obj")]
 pub(crate) struct PrepareArguments {
-    /// The models.
+    /// The models; `-` reads standard input.
     #[arg(required = true)]
     pub(crate) models: Vec<PathBuf>,
     /// Writes every convex piece as a group of an OBJ file (one model only).
@@ -115,7 +115,7 @@ pub(crate) struct PrepareArguments {
     after_help = "Examples:\n  palpus inspect cup.obj --json\n  palpus inspect cup.obj --sweeps\n  palpus inspect cup.obj --picture cup.png"
 )]
 pub(crate) struct InspectArguments {
-    /// The model.
+    /// The model; `-` reads standard input.
     pub(crate) model: PathBuf,
     /// Also presses small probes into a closed model, to measure to which depth and how exactly
     /// contact is felt.
@@ -137,7 +137,7 @@ pub(crate) struct InspectArguments {
     after_help = "Examples:\n  palpus view cup.obj                                    a window\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png\n  palpus view cup.obj --gauss 3 --screenshot gauss.png\n  palpus view cup.obj --depth --axis z --offset 12.5 --screenshot depth.png\n\nDepth: at each point of the plane, the depth that the servo loop computes for a probe as small as a point, the distance to the mesh, and the difference of both."
 )]
 pub(crate) struct ViewArguments {
-    /// The model.
+    /// The model; `-` reads standard input.
     pub(crate) model: PathBuf,
     /// Writes a picture (PNG) instead of opening a window.
     #[arg(long, value_name = "FILE")]

@@ -40,12 +40,12 @@ pub(crate) struct ReplayArguments {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  palpus convert run.csv run.parquet\n  palpus convert run.parquet run.mcap\n\nThe conversion loses nothing: each file can be replayed bit for bit. docs/recordings.md describes the formats."
+    after_help = "Examples:\n  palpus convert run.csv run.parquet\n  palpus convert run.parquet run.mcap\n  palpus convert run.mcap - | head\n\nThe conversion loses nothing: each file can be replayed bit for bit. docs/recordings.md describes the formats."
 )]
 pub(crate) struct ConvertArguments {
-    /// The recording; its content decides the format.
+    /// The recording; its content decides the format. `-` reads standard input.
     pub(crate) recording: PathBuf,
-    /// The new file; its name ends in .csv, .parquet or .mcap.
+    /// The new file; its name ends in .csv, .parquet or .mcap. `-` writes CSV to standard output.
     pub(crate) out: PathBuf,
     /// Overwrites a file of that name.
     #[arg(long)]

@@ -2,8 +2,9 @@
 #![allow(dead_code, reason = "each test file uses only a part")]
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
@@ -53,6 +54,20 @@ pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
 
 pub(crate) fn palpus(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().expect("the program starts")
+}
+
+/// Runs the program in `folder` with `input` on standard input.
+pub(crate) fn piped(folder: &Path, arguments: &[&str], input: &[u8]) -> Output {
+    let mut command = command(folder, arguments);
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    // A program that stops with an error need not read its input.
+    let _ = child.stdin.take().expect("standard input is a pipe").write_all(input);
+    child.wait_with_output().expect("the program ends")
 }
 
 /// Returns a command that runs the program without a cache of bodies.

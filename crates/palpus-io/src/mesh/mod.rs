@@ -123,27 +123,45 @@ pub fn read_mesh_noting(path: &Path, note: &mut dyn FnMut(String)) -> Result<Pol
     let name = path.display().to_string();
     let error = |problem| MeshFileError { file: name.clone(), place: Place::File, problem: Box::new(problem) };
     let bytes = read_file(path, MAX_FILE_BYTES + 1).map_err(|e| error(MeshProblem::Unreadable(e)))?;
+    parse_mesh(bytes, &name, Some(path), note)
+}
+
+/// Reads a mesh from the content of a file. The format is guessed from the content. Fails like
+/// [`read_mesh`]; `name` is the name of the content in errors. A glTF document must contain its
+/// buffers.
+pub fn read_mesh_from(bytes: Vec<u8>, name: &str) -> Result<PolygonSoup, MeshFileError> {
+    parse_mesh(bytes, name, None, &mut |_| ())
+}
+
+/// Reads a mesh from the content of the file `path`. `None` if the content is not from a file.
+fn parse_mesh(
+    bytes: Vec<u8>,
+    name: &str,
+    path: Option<&Path>,
+    note: &mut dyn FnMut(String),
+) -> Result<PolygonSoup, MeshFileError> {
+    let error = |problem| MeshFileError { file: name.to_owned(), place: Place::File, problem: Box::new(problem) };
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(error(MeshProblem::TooLarge("the file is larger than 8 GiB".to_owned())));
     }
     let (bytes, path) = if bytes.starts_with(GZIP) {
         let unpacked = unpack(&bytes).map_err(|what| error(MeshProblem::Malformed(what)))?;
-        (unpacked, path.with_extension(""))
+        (unpacked, path.map(|path| path.with_extension("")))
     } else {
-        (bytes, path.to_owned())
+        (bytes, path.map(Path::to_owned))
     };
-    let path = path.as_path();
+    let path = path.as_deref();
     if bytes.is_empty() {
         return Err(error(MeshProblem::Malformed("the file is empty; export the mesh again".to_owned())));
     }
     let parse = |format| match format {
-        MeshFormat::Obj => obj::parse(&bytes, &name),
-        MeshFormat::Stl => stl::parse(&bytes, &name),
-        MeshFormat::Ply => ply::parse(&bytes, &name),
-        MeshFormat::Off => off::parse(&bytes, &name),
-        MeshFormat::Gltf => gltf::parse_with(&bytes, &name, &mut |uri, length| fetch_beside(path, uri, length)),
+        MeshFormat::Obj => obj::parse(&bytes, name),
+        MeshFormat::Stl => stl::parse(&bytes, name),
+        MeshFormat::Ply => ply::parse(&bytes, name),
+        MeshFormat::Off => off::parse(&bytes, name),
+        MeshFormat::Gltf => gltf::parse_with(&bytes, name, &mut |uri, length| fetch_beside(path, uri, length)),
     };
-    match (MeshFormat::of_content(&bytes), MeshFormat::of_extension(path)) {
+    match (MeshFormat::of_content(&bytes), path.and_then(MeshFormat::of_extension)) {
         (Some(content), Some(extension)) if content != extension => match parse(content) {
             Ok(soup) => {
                 let (is, named) = (content.name(), extension.name());
@@ -183,12 +201,12 @@ fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Returns the error text for a file of unknown format.
-fn unknown_format(path: &Path, bytes: &[u8]) -> String {
+fn unknown_format(path: Option<&Path>, bytes: &[u8]) -> String {
     let read = "OBJ, STL, PLY, OFF, glTF and GLB are supported";
     if bytes.starts_with(b"PK\x03\x04") {
         return format!("the file is a zip archive, which is not supported; unpack it first ({read})");
     }
-    match path.extension() {
+    match path.and_then(Path::extension) {
         Some(extension) => {
             let extension = shown(extension.as_encoded_bytes());
             format!("the format `{extension}` is not supported; export the mesh in another ({read})")
@@ -199,7 +217,10 @@ fn unknown_format(path: &Path, bytes: &[u8]) -> String {
 
 /// Reads the first `length` bytes of a file that a mesh file refers to. That file must be in the
 /// folder of the mesh file or in a subfolder.
-fn fetch_beside(mesh: &Path, uri: &str, length: u64) -> io::Result<Vec<u8>> {
+fn fetch_beside(mesh: Option<&Path>, uri: &str, length: u64) -> io::Result<Vec<u8>> {
+    let Some(mesh) = mesh else {
+        return Err(io::Error::other("the mesh is not read from a file; write its buffers into the document"));
+    };
     let decoded = percent_decoded(uri).ok_or_else(|| io::Error::other("its name is not a valid URI"))?;
     let relative = PathBuf::from(decoded);
     let stays = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
