@@ -1,5 +1,5 @@
 //! The gate and the safety chain, for a device with arbitrary specifications and states, and for
-//! arbitrary wrenches. Results are finite, within the peak limits, and zero while the engagement is
+//! arbitrary wrenches. Results are finite, within the peak limits, and zero while the start-up is
 //! idle.
 #![no_main]
 
@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 use palpus::algebra::Wrench;
 use palpus_device::{
-    AfterFault, AfterPanic, Axes, Cut, Cuts, DeviceSpec, DeviceState, Engagement, Gate, Phase, SafetyChain,
+    AfterFault, AfterPanic, Axes, Cut, Cuts, DeviceSpec, DeviceState, EnableMode, Gate, Phase, SafetyChain,
     SafetyLimits, SafetyOptions, known_devices,
 };
 use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
@@ -56,11 +56,11 @@ fn run(data: &[u8]) {
     let rate = [500.0, 1000.0, 4000.0, 10_000.0][bytes.below(4)];
     let flags = bytes.byte();
     let options = SafetyOptions {
-        engagement: match flags & 3 {
+        enable_mode: match flags & 3 {
             0 => None,
-            1 => Some(Engagement::Automatic),
-            2 => Some(Engagement::Button(u32::from(bytes.byte()))),
-            _ => Some(Engagement::DeadMan(u32::from(bytes.byte()))),
+            1 => Some(EnableMode::Automatic),
+            2 => Some(EnableMode::Button(u32::from(bytes.byte()))),
+            _ => Some(EnableMode::DeadMan(u32::from(bytes.byte()))),
         },
         after_fault: if flags & 4 == 0 { AfterFault::default() } else { AfterFault::Stop },
         after_panic: if flags & 8 == 0 { AfterPanic::Stop } else { AfterPanic::AsFault },
@@ -72,7 +72,7 @@ fn run(data: &[u8]) {
         "{limits:?} of {spec:?}"
     );
     let period = 1.0 / rate;
-    let mut chain = SafetyChain::new(&limits, options.engagement(&spec), &options, period);
+    let mut chain = SafetyChain::new(&limits, options.enable_mode(&spec), &options, period);
     let mut gate = Gate::new(&limits);
     let mut state =
         DeviceState { pose: bytes.pose(0.1), twist: Default::default(), buttons: 1, time: 0.0, withheld: false };

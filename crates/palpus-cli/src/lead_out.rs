@@ -5,7 +5,7 @@
 //!    holds on is not dragged.
 //! 2. A spring and a damper pull the grip to the goal, with at most [`SHARE`] of the force at which
 //!    the safety chain engages. The chain gets this wrench in place of the contact wrench, so ramp,
-//!    limits, engagement and faults apply as to any other force.
+//!    limits, start-up and faults apply as to any other force.
 //! 3. The spring's work comes from the goal and not from contacts, so the chain's energy account
 //!    gets it. The spring's power is at most force times speed, a few hundredths of a watt.
 //! 4. At the end of the way the engine clears its cached contacts. Once the probe is free, the

@@ -1,7 +1,7 @@
 //! Prints and records the safety chain, and restores it for a replay.
 
 use palpus_device::{
-    AfterFault, AfterPanic, Claimed, Cut, DeviceSpec, Engagement, LimitLine, RealTimeClaims, Rearm, SafetyChain,
+    AfterFault, AfterPanic, Claimed, Cut, DeviceSpec, EnableMode, LimitLine, RealTimeClaims, Rearm, SafetyChain,
     SafetyCounters, SafetyLimits, SafetyOptions,
 };
 use serde::Serialize;
@@ -46,8 +46,8 @@ pub(crate) fn cuts_in_words(cuts: &serde_json::Map<String, serde_json::Value>) -
     if cuts.is_empty() {
         return "no interventions".to_owned();
     }
-    // Every run begins with the engagement's ramp, so the text marks it as normal.
-    let start_up = Cut::Engagement.name();
+    // Every run begins with the start-up ramp, so the text marks it as normal.
+    let start_up = Cut::StartUp.name();
     let each = cuts.iter().map(|(name, ticks)| match name.as_str() {
         name if name == start_up => format!("start-up ramp: {ticks} ticks (normal)"),
         name => format!("{}: {ticks} ticks", name.replace('_', " ")),
@@ -91,12 +91,12 @@ pub(crate) fn tell_claims(claims: &RealTimeClaims) {
 }
 
 /// Writes all parameters of the chain into a recording's header.
-pub(crate) fn recorded(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, into: &mut Table) {
+pub(crate) fn recorded(limits: &SafetyLimits, enable_mode: EnableMode, options: &SafetyOptions, into: &mut Table) {
     let mut table = Table::new();
-    let (how, buttons) = match engagement {
-        Engagement::Automatic => ("automatic", None),
-        Engagement::Button(mask) => ("button", Some(mask)),
-        Engagement::DeadMan(mask) => ("dead-man", Some(mask)),
+    let (how, buttons) = match enable_mode {
+        EnableMode::Automatic => ("automatic", None),
+        EnableMode::Button(mask) => ("button", Some(mask)),
+        EnableMode::DeadMan(mask) => ("dead-man", Some(mask)),
     };
     table.insert("engagement".into(), how.into());
     if let Some(mask) = buttons {
@@ -117,15 +117,15 @@ pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<S
     let problem = || anyhow::anyhow!("the recording's header lacks values of its safety chain");
     let limits = SafetyLimits::from_values(|name| table.get(name).and_then(Value::as_float)).ok_or_else(problem)?;
     let mask = || table.get("buttons").and_then(Value::as_integer).and_then(|mask| u32::try_from(mask).ok());
-    let engagement = match table.get("engagement").and_then(Value::as_str) {
-        Some("automatic") => Engagement::Automatic,
-        Some("button") => Engagement::Button(mask().ok_or_else(problem)?),
-        Some("dead-man") => Engagement::DeadMan(mask().ok_or_else(problem)?),
+    let enable_mode = match table.get("engagement").and_then(Value::as_str) {
+        Some("automatic") => EnableMode::Automatic,
+        Some("button") => EnableMode::Button(mask().ok_or_else(problem)?),
+        Some("dead-man") => EnableMode::DeadMan(mask().ok_or_else(problem)?),
         _ => return Err(problem()),
     };
     let is_set = |name: &str| table.get(name).and_then(Value::as_bool).ok_or_else(problem);
     let options = SafetyOptions {
-        engagement: Some(engagement),
+        enable_mode: Some(enable_mode),
         limits: Some(limits),
         loosened: false,
         after_fault: if is_set("stop_after_fault")? { AfterFault::Stop } else { AfterFault::Reengage },
@@ -139,5 +139,5 @@ pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<S
     if !limits.is_valid() {
         return Err(problem());
     }
-    Ok(Some(SafetyChain::new(&limits, engagement, &options, period)))
+    Ok(Some(SafetyChain::new(&limits, enable_mode, &options, period)))
 }

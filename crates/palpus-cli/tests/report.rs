@@ -116,7 +116,7 @@ fn page_of_a_run_is_self_contained() {
         "separation: least distance",
         "how long steps took",
         "by how much the force changed",
-        "engagement",
+        "start up ramp",
         "contact tolerance",
         "virtual coupling",
         "safety.force_peak",

@@ -17,9 +17,9 @@ fn undisturbed_built_in_scenes_have_no_cuts() {
             document(&palpus(&folder.0, &["run", scene, "--fast", "--duration", "4", "--no-record", "--json"]));
         let cuts = summary["safety"]["cuts"].as_object().expect("the cuts are an object");
         // In the first quarter of a second the force ramps up.
-        let after = cuts.iter().filter(|(name, _)| *name != "engagement").collect::<Vec<_>>();
+        let after = cuts.iter().filter(|(name, _)| *name != "start_up_ramp").collect::<Vec<_>>();
         assert!(after.is_empty(), "{scene}: {after:?}");
-        assert!(cuts.get("engagement").is_none_or(|ticks| ticks.as_u64() <= Some(250)), "{scene}: {cuts:?}");
+        assert!(cuts.get("start_up_ramp").is_none_or(|ticks| ticks.as_u64() <= Some(250)), "{scene}: {cuts:?}");
         assert_eq!(summary["faults"], 0, "{scene}");
         assert!(summary["force_max_n"].as_f64().is_some_and(|force| force > 0.05), "{scene}: there must be a force");
     }

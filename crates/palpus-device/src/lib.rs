@@ -55,7 +55,7 @@ pub use realtime::{Claimed, HelperThread, RealTimeClaims, RealTimeOptions, claim
 pub use recorder::{Recorder, Recording, RecordingSummary, Sink, record};
 pub use replay::ReplayDevice;
 pub use safety::{
-    Admitted, AfterFault, AfterPanic, ContactAccount, Cut, Cuts, DEVICE_BUTTONS, EnergyAccount, Engagement, Gate,
+    Admitted, AfterFault, AfterPanic, ContactAccount, Cut, Cuts, DEVICE_BUTTONS, EnableMode, EnergyAccount, Gate,
     HOLD_KEY, LimitLine, Phase, REARM_KEY, Rearm, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions, Shaped,
     Watch,
 };

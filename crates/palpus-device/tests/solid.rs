@@ -13,7 +13,7 @@ use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::force::FrictionSettings;
 use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, VirtualCoupling};
 use palpus_device::{
-    Cut, Cuts, Engagement, HandImpedance, HapticDevice, Jitter, SafetyChain, SafetyLimits, SafetyOptions,
+    Cut, Cuts, EnableMode, HandImpedance, HapticDevice, Jitter, SafetyChain, SafetyLimits, SafetyOptions,
     SimulatedDevice, SimulationSettings,
 };
 use palpus_scenes::{Scene, scene};
@@ -132,7 +132,7 @@ fn minute_of_contact_gives_the_hand_no_energy() {
         let mut renderer = renderer(&scene, stiffness);
         let spec = SimulationSettings::default().spec;
         let limits = SafetyLimits { ramp: 0.0, ..SafetyLimits::of(&spec, 1.0 / TICK) };
-        let chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), TICK);
+        let chain = SafetyChain::new(&limits, EnableMode::Automatic, &SafetyOptions::default(), TICK);
         let path = scene.path.clone();
         let felt = run(&mut renderer, HandImpedance::NORMAL, |time| path.pose(time), DVec3::ZERO, Some(chain), 60.0);
         assert!(felt.work.most <= 1e-6, "{name}: {} J, seed {SEED:#x}", felt.work.most);
@@ -185,7 +185,7 @@ fn hot_device_stays_near_its_tool() {
     };
     let spec = SimulationSettings::default().spec;
     let limits = SafetyLimits { ramp: 0.0, ..SafetyLimits::of(&spec, 1.0 / TICK) };
-    let chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), TICK);
+    let chain = SafetyChain::new(&limits, EnableMode::Automatic, &SafetyOptions::default(), TICK);
     let felt = run(&mut renderer, hand, intent, DVec3::ZERO, Some(chain), 68.0);
     let pressed = felt.forces[3000].length();
     assert!((3.5..4.5).contains(&pressed), "{pressed} N at first, seed {SEED:#x}");

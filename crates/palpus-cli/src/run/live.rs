@@ -33,7 +33,7 @@ pub(crate) struct Live {
     pub(crate) faults: u64,
     pub(crate) cuts: Cuts,
     pub(crate) phase: Phase,
-    /// Motion of the probe that enables the force, while the engagement waits for it.
+    /// Motion of the probe that enables the force, while the start-up waits for it.
     pub(crate) way_out: Option<WayOut>,
     /// The motion that enables the force, as computed in the first tick.
     pub(crate) start: Option<WayOut>,

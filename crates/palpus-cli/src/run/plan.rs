@@ -9,7 +9,7 @@ use palpus::algebra::Pose;
 use palpus::body::Body;
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
-    AfterFault, DEVICE_BUTTONS, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HOLD_KEY,
+    AfterFault, DEVICE_BUTTONS, DeviceSpec, DeviceState, EnableMode, FaultyDevice, Guide, Guided, HOLD_KEY,
     HapticDevice, Publisher, ReplayDevice, SafetyLimits, SafetyOptions, Script, ServoOptions, SimulatedDevice,
     SimulationSettings, Timing, latest,
 };
@@ -44,7 +44,7 @@ pub(crate) struct Plan {
     pub(super) lead: Option<LeadOut>,
     /// Header of a recording that begins with the run.
     pub(crate) header: RecordingHeader,
-    pub(super) engagement: Engagement,
+    pub(super) enable_mode: EnableMode,
     notes: Vec<String>,
 }
 
@@ -82,7 +82,7 @@ impl Plan {
             safety: SafetyOptions {
                 after_fault: if arguments.stop_on_fault { AfterFault::Stop } else { AfterFault::Reengage },
                 rearm: arguments.rearm.into(),
-                engagement: arguments.dead_man.then_some(Engagement::DeadMan(HOLD_KEY | DEVICE_BUTTONS)),
+                enable_mode: arguments.dead_man.then_some(EnableMode::DeadMan(HOLD_KEY | DEVICE_BUTTONS)),
                 ..SafetyOptions::default()
             },
             ..ServoOptions::default()
@@ -92,12 +92,12 @@ impl Plan {
             limits.allowance = 0.0;
         }
         options.safety.limits = Some(limits);
-        let engagement = options.safety.engagement(device.spec());
+        let enable_mode = options.safety.enable_mode(device.spec());
         if arguments.dead_man && device.spec().buttons == 0 && !in_window {
             bail!("--dead-man needs a button or a key: this device has no button, and there is no window");
         }
         let mut header = stage.header(settings, typed.device, rate_hz);
-        safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
+        safety::recorded(&limits, enable_mode, &options.safety, &mut header.scene.more);
         devices::recorded(&notes, &mut header.scene.more);
         replayed::record_spec(device.spec(), &mut header.scene.more);
         let lead = inside.filter(|_| arguments.lead_out).map(|inside| LeadOut::new(&inside, &limits));
@@ -118,7 +118,7 @@ impl Plan {
             inside,
             lead,
             header,
-            engagement,
+            enable_mode,
             notes,
         })
     }
@@ -169,7 +169,7 @@ impl Plan {
         } else if self.settings.limits.torque <= 0.0 {
             output::note("note: the torque limit is 0: torques are shown but not felt");
         }
-        if self.engagement != Engagement::Automatic {
+        if self.enable_mode != EnableMode::Automatic {
             let what = match (self.spec().buttons, headless) {
                 (0, _) => "G in the window",
                 (_, None) => "a button of the device, or G in the window",

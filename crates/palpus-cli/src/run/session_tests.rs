@@ -135,7 +135,7 @@ fn run_that_continues_after_a_panic_replays_bit_for_bit() {
     let mut ready = Ready::new(&arguments, "box-table", stage, false).expect("the run can be prepared");
     let plan = &mut ready.plans[0];
     plan.options.safety.after_panic = AfterPanic::AsFault;
-    safety::recorded(&plan.limits, plan.engagement, &plan.options.safety, &mut plan.header.scene.more);
+    safety::recorded(&plan.limits, plan.enable_mode, &plan.options.safety, &mut plan.header.scene.more);
     let beginning = Beginning { record: Some(&file), ..Beginning::default() };
     let session = Session::start(ready, &beginning, &Arc::new(AtomicBool::new(false))).expect("the session starts");
     let Ended { devices, notes, .. } = session.wait().expect("the session ends");

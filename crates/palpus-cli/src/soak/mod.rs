@@ -202,8 +202,8 @@ impl Run {
     /// Returns the recording header for the simulated device.
     fn header(&self, stage: &Stage, settings: Settings, spec: &DeviceSpec, safety: &SafetyOptions) -> RecordingHeader {
         let mut header = stage.header(settings, "sim", self.rate_hz);
-        let (limits, engagement) = (safety.limits(spec, self.rate_hz), safety.engagement(spec));
-        crate::safety::recorded(&limits, engagement, safety, &mut header.scene.more);
+        let (limits, enable_mode) = (safety.limits(spec, self.rate_hz), safety.enable_mode(spec));
+        crate::safety::recorded(&limits, enable_mode, safety, &mut header.scene.more);
         header
     }
 

@@ -9,7 +9,7 @@
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
-/// Time of the fade, s: as long as the ramp from engagement to the full wrench.
+/// Time of the fade, s: as long as the ramp from zero to the full wrench at a start-up.
 const TIME: f64 = 0.25;
 /// The difference falls in proportion to the new wrench only if its size is at most this
 /// multiple of the new wrench. A small new wrench says little about the contact.

@@ -29,7 +29,7 @@ pub enum Cut {
     Heat,
     /// The device is not engaged, or the ramp is not over, or a contact that was pressed during the
     /// ramp is being released: the passivity stage keeps the energy that the ramp has added.
-    Engagement,
+    StartUp,
     /// The loop held a wrench for too long, and detected this itself.
     LateLoop,
     /// The loop held a wrench for too long, and the watchdog applied the brake.
@@ -68,7 +68,7 @@ impl Cut {
         Self::Slew,
         Self::Saturation,
         Self::Heat,
-        Self::Engagement,
+        Self::StartUp,
         Self::LateLoop,
         Self::Watchdog,
         Self::Panic,
@@ -95,7 +95,7 @@ impl Cut {
             Self::Slew => "slew",
             Self::Saturation => "saturation",
             Self::Heat => "heat",
-            Self::Engagement => "engagement",
+            Self::StartUp => "start_up_ramp",
             Self::LateLoop => "late_loop",
             Self::Watchdog => "watchdog",
             Self::Panic => "panic",
@@ -264,10 +264,10 @@ mod tests {
     fn lasting_fault_counts_once() {
         let mut counters = SafetyCounters::default();
         let frozen = Cuts(Cut::FrozenState.bit());
-        for cuts in [Cuts::NONE, frozen, frozen, Cuts(Cut::Engagement.bit()), frozen] {
+        for cuts in [Cuts::NONE, frozen, frozen, Cuts(Cut::StartUp.bit()), frozen] {
             counters.add(cuts);
         }
         assert_eq!((counters.faults(), counters.ticks(Cut::FrozenState)), (2, 3));
-        assert!(counters.iter().eq([(Cut::FrozenState, 3), (Cut::Engagement, 1)]));
+        assert!(counters.iter().eq([(Cut::FrozenState, 3), (Cut::StartUp, 1)]));
     }
 }

@@ -12,13 +12,13 @@
 //! | 5 slew | the wrench changes faster than the limit (N/s, N·m/s) | a part of the change |
 //! | 6 saturation | the wrench is beyond the device's peak | shorter, same direction |
 //! | 7 heat | the wrench was above the continuous rating for too long | shorter, same direction |
-//! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or a part |
+//! | 8 start-up | the user has not enabled forces, or the ramp is not over | zero, or a part |
 //! | 9 watchdog | the loop is late or has stalled | zero; a fault |
 //!
 //! A fault removes the wrench in the tick in which it is detected. Then the chain only damps the
 //! grip, with at most a tenth of the peak. The damping acts against the part of the reported
 //! velocity that agrees with the poses. The chain does not damp while the motion itself is
-//! implausible. The force returns only through the engagement ([`Phase`]); after three faults in
+//! implausible. The force returns only through a start-up ([`Phase`]); after three faults in
 //! ten seconds the user must also press a button or key.
 //!
 //! The commanded wrench never changes by more than the slew limit from one message to the next. So
@@ -44,7 +44,6 @@
 mod blend;
 mod cuts;
 mod energy;
-mod engagement;
 mod gate;
 mod heat;
 mod latch;
@@ -52,6 +51,7 @@ mod limit_cycle;
 mod limits;
 mod motion;
 mod options;
+mod start_up;
 mod watchdog;
 mod withholding;
 
@@ -61,18 +61,18 @@ use palpus::render::{Limits, Saturation, saturate};
 
 use crate::device::DeviceState;
 use blend::Blend;
-use engagement::{Event, Machine};
 use heat::Heat;
 use limit_cycle::LimitCycle;
 use motion::Motion;
+use start_up::{Event, Machine};
 use withholding::Withholding;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
 pub use energy::{ContactAccount, EnergyAccount};
-pub use engagement::{AfterFault, DEVICE_BUTTONS, Engagement, HOLD_KEY, Phase, REARM_KEY, Rearm};
 pub use gate::{Admitted, Gate};
 pub use limits::{LimitLine, SafetyLimits};
 pub use options::{AfterPanic, SafetyOptions};
+pub use start_up::{AfterFault, DEVICE_BUTTONS, EnableMode, HOLD_KEY, Phase, REARM_KEY, Rearm};
 pub use watchdog::Watch;
 pub(crate) use watchdog::watch_until_over;
 
@@ -86,7 +86,7 @@ pub struct Shaped {
     pub wrench: Wrench,
     /// Interventions of the chain, including the cuts that were reported to it.
     pub cuts: Cuts,
-    /// Phase of the engagement.
+    /// Phase of the start-up.
     pub phase: Phase,
     /// Thermal limits of the motors in the next tick; infinite if heat does not limit the wrench.
     /// The coupling uses these limits for the next wrench.
@@ -119,7 +119,7 @@ pub struct SafetyChain {
 
 impl SafetyChain {
     /// Returns a chain for a loop with the nominal `period` (s).
-    pub fn new(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, period: f64) -> Self {
+    pub fn new(limits: &SafetyLimits, enable_mode: EnableMode, options: &SafetyOptions, period: f64) -> Self {
         // A device without torque should not report a saturation in every tick.
         let saturation = if limits.torque_peak > 0.0 { Saturation::Separate } else { Saturation::UnderActuated };
         Self {
@@ -129,7 +129,7 @@ impl SafetyChain {
             after_panic: options.after_panic,
             period,
             elapsed: period,
-            machine: Machine::new(engagement, limits.ramp, limits.hold, options.rearm),
+            machine: Machine::new(enable_mode, limits.ramp, limits.hold, options.rearm),
             motion: Motion::default(),
             blend: Blend::new(),
             fade: 1.0,
@@ -148,7 +148,7 @@ impl SafetyChain {
         &self.limits
     }
 
-    /// Returns the phase of the engagement.
+    /// Returns the phase of the start-up.
     pub fn phase(&self) -> Phase {
         self.machine.phase()
     }
@@ -206,7 +206,7 @@ impl SafetyChain {
             self.shaped = wrench;
             wrench = self.engaged(&wrench, &mut cuts);
         } else {
-            cuts.note(Cut::Engagement, !phase.is_faulted() && wrench != Wrench::ZERO);
+            cuts.note(Cut::StartUp, !phase.is_faulted() && wrench != Wrench::ZERO);
             self.rest(&wrench);
             wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
         }
@@ -274,7 +274,7 @@ impl SafetyChain {
         if limited == within {
             return *wrench;
         }
-        cuts.note(if onset { Cut::Engagement } else { Cut::Passivity }, true);
+        cuts.note(if onset { Cut::StartUp } else { Cut::Passivity }, true);
         cuts.note(Cut::NonFiniteWrench, !limited.is_finite());
         if limited.is_finite() { limited } else { Wrench::ZERO }
     }
@@ -318,7 +318,7 @@ impl SafetyChain {
         answer.wrench
     }
 
-    /// Stage 8: gives the part of the wrench that the engagement allows.
+    /// Stage 8: gives the part of the wrench that the start-up allows.
     fn engaged(&mut self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         if cuts.has(Cut::Ending) {
             let ramp = self.limits.ramp;
@@ -328,7 +328,7 @@ impl SafetyChain {
         if is_engaged && self.fade >= 1.0 {
             return *wrench;
         }
-        cuts.note(Cut::Engagement, !is_engaged && *wrench != Wrench::ZERO);
+        cuts.note(Cut::StartUp, !is_engaged && *wrench != Wrench::ZERO);
         let gain = self.machine.gain() * self.fade;
         Wrench { torque: wrench.torque * gain, force: wrench.force * gain }
     }

@@ -1,6 +1,6 @@
 //! Options of the safety chain.
 
-use super::{AfterFault, DEVICE_BUTTONS, Engagement, HOLD_KEY, Rearm, SafetyLimits};
+use super::{AfterFault, DEVICE_BUTTONS, EnableMode, HOLD_KEY, Rearm, SafetyLimits};
 use crate::device::DeviceSpec;
 
 /// Options of the safety chain.
@@ -8,7 +8,7 @@ use crate::device::DeviceSpec;
 pub struct SafetyOptions {
     /// How the user enables forces. With `None`, the user holds any button of the device. If the
     /// device has no buttons, forces are enabled automatically.
-    pub engagement: Option<Engagement>,
+    pub enable_mode: Option<EnableMode>,
     /// Thresholds of the chain; `None` for [`SafetyLimits::of`] the device. A threshold that is
     /// looser than the threshold of the device has no effect.
     pub limits: Option<SafetyLimits>,
@@ -35,10 +35,10 @@ pub enum AfterPanic {
 
 impl SafetyOptions {
     /// Returns how forces are enabled on a device with this `spec`.
-    pub fn engagement(&self, spec: &DeviceSpec) -> Engagement {
-        self.engagement.unwrap_or(match spec.buttons {
-            0 => Engagement::Automatic,
-            count => Engagement::DeadMan(HOLD_KEY | (DEVICE_BUTTONS & (u32::MAX >> (32 - count.min(32))))),
+    pub fn enable_mode(&self, spec: &DeviceSpec) -> EnableMode {
+        self.enable_mode.unwrap_or(match spec.buttons {
+            0 => EnableMode::Automatic,
+            count => EnableMode::DeadMan(HOLD_KEY | (DEVICE_BUTTONS & (u32::MAX >> (32 - count.min(32))))),
         })
     }
 

@@ -10,7 +10,7 @@ fn limits() -> SafetyLimits {
 }
 
 fn chain_of(limits: &SafetyLimits) -> SafetyChain {
-    SafetyChain::new(limits, Engagement::Automatic, &SafetyOptions::default(), DT)
+    SafetyChain::new(limits, EnableMode::Automatic, &SafetyOptions::default(), DT)
 }
 
 /// Returns an engaged chain after a computed wrench of zero.
@@ -192,11 +192,11 @@ fn ramp_starts_at_zero_and_is_counted() {
     let mut chain = chain_of(&limits);
     let large = chain.shape(&at_rest(), &force(DVec3::X * 2.0), Cuts::NONE, DT);
     assert_eq!((large.wrench, large.phase), (Wrench::ZERO, Phase::Waiting));
-    assert!(large.cuts.iter().eq([Cut::Engagement]));
+    assert!(large.cuts.iter().eq([Cut::StartUp]));
     let mut share = 0.0;
     for k in 0..250 {
         let shaped = chain.shape(&at_rest(), &force(DVec3::X * 0.8), Cuts::NONE, DT);
-        assert!(shaped.cuts.iter().eq([Cut::Engagement]) && shaped.phase == Phase::Ramping, "tick {k}");
+        assert!(shaped.cuts.iter().eq([Cut::StartUp]) && shaped.phase == Phase::Ramping, "tick {k}");
         let next = shaped.wrench.force.x / 0.8;
         assert!((next - share) * limits.ramp <= DT * (1.0 + 1e-9) && next <= 1.0, "tick {k}");
         share = next;
@@ -208,9 +208,9 @@ fn ramp_starts_at_zero_and_is_counted() {
 
 #[test]
 fn released_button_removes_force_within_slew_limit() {
-    let options = SafetyOptions { engagement: Some(Engagement::DeadMan(1)), ..Default::default() };
+    let options = SafetyOptions { enable_mode: Some(EnableMode::DeadMan(1)), ..Default::default() };
     let limits = SafetyLimits { ramp: 0.0, ..limits() };
-    let mut chain = SafetyChain::new(&limits, Engagement::DeadMan(1), &options, DT);
+    let mut chain = SafetyChain::new(&limits, EnableMode::DeadMan(1), &options, DT);
     let holding = |buttons| DeviceState { buttons, ..at_rest() };
     chain.shape(&holding(0), &Wrench::ZERO, Cuts::NONE, DT);
     for _ in 0..10 {
@@ -236,9 +236,9 @@ fn released_button_removes_force_within_slew_limit() {
 fn holding_any_button_enables_forces() {
     let [premium, ..] = known_devices();
     let options = SafetyOptions::default();
-    let of = |buttons| options.engagement(&DeviceSpec { buttons, ..premium.clone() });
-    let held = |buttons| Engagement::DeadMan(buttons | HOLD_KEY);
-    assert_eq!((of(0), of(1), of(3)), (Engagement::Automatic, held(1), held(7)));
+    let of = |buttons| options.enable_mode(&DeviceSpec { buttons, ..premium.clone() });
+    let held = |buttons| EnableMode::DeadMan(buttons | HOLD_KEY);
+    assert_eq!((of(0), of(1), of(3)), (EnableMode::Automatic, held(1), held(7)));
     assert_eq!((of(32), of(255)), (held(DEVICE_BUTTONS), held(DEVICE_BUTTONS)), "the rearm key must not enable forces");
 }
 

@@ -75,7 +75,7 @@ mod tests {
     use palpus::algebra::{Pose, Twist, Wrench};
 
     use super::RETURN_TIME;
-    use crate::safety::{Cut, Cuts, Engagement, Phase, SafetyChain, SafetyLimits, SafetyOptions, Shaped};
+    use crate::safety::{Cut, Cuts, EnableMode, Phase, SafetyChain, SafetyLimits, SafetyOptions, Shaped};
     use crate::{DeviceState, known_devices};
 
     const DT: f64 = 1e-3;
@@ -84,7 +84,7 @@ mod tests {
     fn chain() -> (SafetyChain, SafetyLimits) {
         let [premium, ..] = known_devices();
         let limits = SafetyLimits::of(&premium, 1.0 / DT);
-        let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), DT);
+        let mut chain = SafetyChain::new(&limits, EnableMode::Automatic, &SafetyOptions::default(), DT);
         for _ in 0..400 {
             tick(&mut chain, 0.0, false);
         }

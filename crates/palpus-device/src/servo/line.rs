@@ -40,7 +40,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         let period = 1.0 / rate_hz;
         // The limits are computed once, from the device's description at the start.
         let limits = safety.limits(device.spec(), *rate_hz);
-        let engagement = safety.engagement(device.spec());
+        let enable_mode = safety.enable_mode(device.spec());
         let real = *timing == Timing::RealTime;
         let stall = Duration::try_from_secs_f64(limits.stall).unwrap_or(Duration::MAX);
         let brake = device.brake();
@@ -49,7 +49,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Self {
             end: ZeroAtEnd { device, brake, guard, over: false },
             gate: Gate::new(&limits),
-            chain: SafetyChain::new(&limits, engagement, safety, period),
+            chain: SafetyChain::new(&limits, enable_mode, safety, period),
             time,
             real,
             period,

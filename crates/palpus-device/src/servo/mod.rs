@@ -122,7 +122,7 @@ pub struct ServoTick {
     pub wrench: Wrench,
     /// Interventions of the safety chain.
     pub cuts: Cuts,
-    /// Phase of the engagement.
+    /// Phase of the start-up.
     pub phase: Phase,
     /// Force and torque limits of the motors in the next tick ([`crate::Shaped::available`]).
     pub available: Limits,

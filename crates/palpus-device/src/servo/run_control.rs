@@ -90,7 +90,7 @@ mod tests {
     use palpus::algebra::{Pose, Wrench};
 
     use super::*;
-    use crate::safety::{Cut, Cuts, Engagement, Phase, SafetyChain, SafetyOptions, Watch};
+    use crate::safety::{Cut, Cuts, EnableMode, Phase, SafetyChain, SafetyOptions, Watch};
     use crate::{
         DeviceError, DeviceSpec, DeviceState, HapticDevice, LoopTime, RunEnd, RunStatistics, Servo, ServoOptions,
         ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, VirtualTime,
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn hold_key_enables_force_and_rearm_key_rearms() {
-        let safety = SafetyOptions { engagement: Some(Engagement::DeadMan(HOLD_KEY)), ..Default::default() };
+        let safety = SafetyOptions { enable_mode: Some(EnableMode::DeadMan(HOLD_KEY)), ..Default::default() };
         let mut servo = Servo::new(ServoOptions { duration: Some(3.0), safety, ..Default::default() }).unwrap();
         let (control, mut phases) = (servo.control(), Vec::new());
         let mut observe = |tick: &ServoTick, (): &()| {
@@ -310,7 +310,7 @@ mod tests {
         assert!(ticks[pressed + 101..].iter().any(|tick| tick.phase == Phase::Ramping));
         assert_eq!(ticks.last().unwrap().phase, Phase::Engaged);
         // The recorded inputs suffice to compute the wrenches again.
-        let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1.0 / RATE_HZ);
+        let mut chain = SafetyChain::new(&limits, EnableMode::Automatic, &SafetyOptions::default(), 1.0 / RATE_HZ);
         for tick in &ticks {
             let reported = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
             assert_eq!(

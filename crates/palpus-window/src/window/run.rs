@@ -207,7 +207,7 @@ pub struct Numbers {
     pub separation: f64,
     /// Interventions of the safety chain in this tick.
     pub cuts: Cuts,
-    /// Phase of the engagement.
+    /// Phase of the start-up.
     pub phase: Phase,
     /// Translation from the probe to the place at which force can begin, world, m. `None` unless
     /// the run waits for this translation and knows it.

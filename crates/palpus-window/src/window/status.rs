@@ -47,10 +47,10 @@ impl Status {
         }
     }
 
-    /// Returns recent cuts, except the engagement's, which the state shows.
+    /// Returns recent cuts, except the start-up ramp, which the state shows.
     fn cuts(&self) -> impl Iterator<Item = Cut> {
         Cut::ALL.into_iter().filter(|cut| {
-            *cut != Cut::Engagement && self.cuts[*cut as usize].is_some_and(|seen| seen.elapsed() < CUT_SPAN)
+            *cut != Cut::StartUp && self.cuts[*cut as usize].is_some_and(|seen| seen.elapsed() < CUT_SPAN)
         })
     }
 
@@ -171,7 +171,7 @@ fn reason(cut: Cut) -> &'static str {
         Cut::Slew => "limit of change",
         Cut::Saturation => "limit of the device",
         Cut::Heat => "warm motors",
-        Cut::Engagement => "start",
+        Cut::StartUp => "start",
         Cut::LateLoop | Cut::Watchdog => "the loop stood still",
         Cut::Panic => "error in the program",
         Cut::Device => "error of the device",
@@ -185,7 +185,7 @@ fn reason(cut: Cut) -> &'static str {
     }
 }
 
-/// Returns the text for a phase of the engagement, and whether the phase is normal.
+/// Returns the text for a phase of the start-up, and whether the phase is normal.
 fn said(phase: Phase) -> (&'static str, bool) {
     match phase {
         Phase::Engaged => ("force is on", true),

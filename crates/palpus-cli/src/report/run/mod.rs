@@ -270,8 +270,8 @@ impl Run {
             ]
         };
         html.paragraph(
-            "A fault removes the force, which returns only through the engagement. All other cuts change the \
-            wrench without removing it. Every run begins with an engagement.",
+            "A fault removes the force, which returns only through a start-up. All other cuts change the \
+            wrench without removing it. Every run begins with a start-up.",
         );
         let head = ["what was cut", "kind", "ticks", "first at (s)", "last at (s)"];
         html.table(&Table::new(&head, 2, self.measures.cuts.iter().map(row)));

@@ -8,7 +8,7 @@ use palpus::algebra::Pose;
 use super::super::*;
 use super::{Scribe, fast, go_on, open, pull, state_at};
 use crate::{
-    Cut, Engagement, HandImpedance, ReplayDevice, SafetyChain, SafetyLimits, SimulatedDevice, SimulationSettings,
+    Cut, EnableMode, HandImpedance, ReplayDevice, SafetyChain, SafetyLimits, SimulatedDevice, SimulationSettings,
 };
 
 #[test]
@@ -63,7 +63,7 @@ fn withheld_force_is_counted_and_replayed() {
     assert!(ticks[403].wrench.force.x > 0.0 && ticks[403].wrench.force.x < 0.2, "{:?}", ticks[403].wrench);
     assert_eq!(ticks[499].wrench, pull(4.0));
     let limits = SafetyOptions::default().limits(device.spec(), 1000.0);
-    let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1e-3);
+    let mut chain = SafetyChain::new(&limits, EnableMode::Automatic, &SafetyOptions::default(), 1e-3);
     for tick in &ticks {
         let reported = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
         assert_eq!(

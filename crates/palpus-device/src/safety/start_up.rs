@@ -1,4 +1,4 @@
-//! The engagement: a state machine that decides when the device may give force.
+//! The enable_mode: a state machine that decides when the device may give force.
 //!
 //! ```text
 //!          requested        small wrench          ramp is over
@@ -14,7 +14,7 @@
 //!
 //! A wrench is given only in `Ramping` (a growing part) and in `Engaged` (the full wrench). In any
 //! phase, a fault removes the wrench in the tick in which the fault is detected. After the hold
-//! time, automatic engagement goes from `Faulted` directly to `Waiting`. With [`AfterFault::Stop`]
+//! time, the start-up goes from `Faulted` directly to `Waiting`. With [`AfterFault::Stop`]
 //! a fault leads to `Stopped`, which is final.
 //!
 //! A pause leads to `Idle`, as if the user had released the button. Buttons must then be pressed
@@ -24,7 +24,7 @@ use super::latch::Latch;
 
 /// How the user enables forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Engagement {
+pub enum EnableMode {
     /// Forces are enabled automatically as soon as the computed wrench is small.
     Automatic,
     /// A press of one of these buttons (one bit each) enables forces; the next press disables them.
@@ -51,7 +51,7 @@ pub enum Rearm {
     Automatic,
 }
 
-/// Phase of the engagement.
+/// Phase of the start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
     /// Forces are not requested.
@@ -106,7 +106,7 @@ pub enum AfterFault {
     Stop,
 }
 
-/// Input of the engagement in one tick.
+/// Input of the start-up in one tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     pub(super) buttons: u32,
@@ -119,10 +119,10 @@ pub(super) struct Event {
     pub(super) dt: f64,
 }
 
-/// State machine of the engagement.
+/// State machine of the start-up.
 #[derive(Clone, Debug)]
 pub(super) struct Machine {
-    engagement: Engagement,
+    enable_mode: EnableMode,
     ramp: f64,
     hold: f64,
     latch: Latch,
@@ -134,9 +134,9 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    pub(super) fn new(engagement: Engagement, ramp: f64, hold: f64, rearm: Rearm) -> Self {
+    pub(super) fn new(enable_mode: EnableMode, ramp: f64, hold: f64, rearm: Rearm) -> Self {
         let latch = Latch::new(rearm);
-        Self { engagement, ramp, hold, latch, phase: Phase::Idle, requested: false, buttons: None, since: 0.0 }
+        Self { enable_mode, ramp, hold, latch, phase: Phase::Idle, requested: false, buttons: None, since: 0.0 }
     }
 
     pub(super) fn phase(&self) -> Phase {
@@ -160,7 +160,7 @@ impl Machine {
         if let Some(after) = event.fault {
             // After a fault the user must request forces again; a button that is still held does
             // not count.
-            self.requested = self.engagement == Engagement::Automatic;
+            self.requested = self.enable_mode == EnableMode::Automatic;
             let latched = self.phase == Phase::Latched || !self.phase.is_faulted() && self.latch.count();
             let stopped = self.phase == Phase::Stopped || after == AfterFault::Stop;
             return self.go(match (stopped, latched) {
@@ -200,14 +200,14 @@ impl Machine {
         // A button that is already down at the start of the run does not count as pressed.
         let before = self.buttons.replace(buttons).unwrap_or(buttons);
         let pressed = |mask: u32| buttons & !before & mask != 0;
-        match self.engagement {
-            Engagement::Automatic => self.requested = true,
-            Engagement::Button(mask) => self.requested ^= pressed(mask),
-            Engagement::DeadMan(mask) => self.requested = (self.requested || pressed(mask)) && buttons & mask != 0,
+        match self.enable_mode {
+            EnableMode::Automatic => self.requested = true,
+            EnableMode::Button(mask) => self.requested ^= pressed(mask),
+            EnableMode::DeadMan(mask) => self.requested = (self.requested || pressed(mask)) && buttons & mask != 0,
         }
-        pressed(match self.engagement {
-            Engagement::Automatic => u32::MAX,
-            Engagement::Button(mask) | Engagement::DeadMan(mask) => mask | REARM_KEY,
+        pressed(match self.enable_mode {
+            EnableMode::Automatic => u32::MAX,
+            EnableMode::Button(mask) | EnableMode::DeadMan(mask) => mask | REARM_KEY,
         })
     }
 
@@ -241,8 +241,8 @@ mod tests {
     }
 
     #[test]
-    fn automatic_engagement_waits_for_small_wrench_and_ramps() {
-        let mut machine = Machine::new(Engagement::Automatic, 0.1, 0.05, Rearm::ByPerson);
+    fn automatic_start_waits_for_small_wrench_and_ramps() {
+        let mut machine = Machine::new(EnableMode::Automatic, 0.1, 0.05, Rearm::ByPerson);
         assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting);
         assert!(machine.gain() <= 0.0);
         assert_eq!(tick(&mut machine, 0, true), Phase::Ramping);
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn button_must_be_pressed_again_after_a_fault() {
-        let mut machine = Machine::new(Engagement::Button(0b10), 0.0, 0.01, Rearm::ByPerson);
+        let mut machine = Machine::new(EnableMode::Button(0b10), 0.0, 0.01, Rearm::ByPerson);
         assert_eq!(
             ticks(&mut machine, 5, 0b10, true),
             Phase::Idle,
@@ -280,10 +280,10 @@ mod tests {
 
     #[test]
     fn device_must_be_engaged_again_after_a_pause() {
-        for (engagement, button) in
-            [(Engagement::Automatic, 0), (Engagement::Button(1), 1), (Engagement::DeadMan(1), 1)]
+        for (enable_mode, button) in
+            [(EnableMode::Automatic, 0), (EnableMode::Button(1), 1), (EnableMode::DeadMan(1), 1)]
         {
-            let mut machine = Machine::new(engagement, 0.01, 0.01, Rearm::ByPerson);
+            let mut machine = Machine::new(enable_mode, 0.01, 0.01, Rearm::ByPerson);
             tick(&mut machine, 0, true);
             assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged);
             for _ in 0..5 {
@@ -291,18 +291,18 @@ mod tests {
                 assert_eq!(machine.phase(), Phase::Idle);
             }
             if button == 0 {
-                assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting, "{engagement:?}");
+                assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting, "{enable_mode:?}");
             } else {
                 assert_eq!(
                     ticks(&mut machine, 30, button, true),
                     Phase::Idle,
-                    "{engagement:?}: a button that stays pressed does not count"
+                    "{enable_mode:?}: a button that stays pressed does not count"
                 );
                 tick(&mut machine, 0, true);
             }
-            assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged, "{engagement:?}");
+            assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged, "{enable_mode:?}");
         }
-        let mut machine = Machine::new(Engagement::Automatic, 0.0, 0.01, Rearm::ByPerson);
+        let mut machine = Machine::new(EnableMode::Automatic, 0.0, 0.01, Rearm::ByPerson);
         assert_eq!(fault(&mut machine, 0, AfterFault::Stop), Phase::Stopped);
         machine.advance(&Event { buttons: 0, small: true, fault: None, paused: true, dt: DT });
         assert_eq!(machine.phase(), Phase::Stopped);
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn dead_man_button_must_be_held() {
-        let mut machine = Machine::new(Engagement::DeadMan(1), 0.01, 0.01, Rearm::ByPerson);
+        let mut machine = Machine::new(EnableMode::DeadMan(1), 0.01, 0.01, Rearm::ByPerson);
         assert_eq!(tick(&mut machine, 0, true), Phase::Idle);
         assert_eq!(tick(&mut machine, 1, false), Phase::Waiting);
         assert_eq!(ticks(&mut machine, 12, 1, true), Phase::Engaged);
@@ -339,7 +339,7 @@ mod tests {
     #[test]
     fn third_fault_in_ten_seconds_latches() {
         for (buttons, other) in [(REARM_KEY, 0), (1, 0), (HOLD_KEY, 1)] {
-            let mut machine = Machine::new(Engagement::Automatic, 0.01, 0.01, Rearm::ByPerson);
+            let mut machine = Machine::new(EnableMode::Automatic, 0.01, 0.01, Rearm::ByPerson);
             assert_eq!(faults(&mut machine, 2, 4000), Phase::Faulted);
             assert_eq!(faults(&mut machine, 1, 1900), Phase::Latched);
             assert_eq!(
@@ -356,20 +356,20 @@ mod tests {
 
     #[test]
     fn rare_or_consecutive_faults_do_not_latch() {
-        let mut machine = Machine::new(Engagement::Automatic, 0.01, 0.01, Rearm::ByPerson);
+        let mut machine = Machine::new(EnableMode::Automatic, 0.01, 0.01, Rearm::ByPerson);
         assert_eq!(faults(&mut machine, 5, 5001), Phase::Faulted);
         for _ in 0..100 {
             fault(&mut machine, 0, AfterFault::Reengage);
             tick(&mut machine, 0, true);
         }
         assert_eq!(ticks(&mut machine, 100, 0, true), Phase::Engaged);
-        let mut machine = Machine::new(Engagement::Automatic, 0.01, 0.01, Rearm::Automatic);
+        let mut machine = Machine::new(EnableMode::Automatic, 0.01, 0.01, Rearm::Automatic);
         assert_eq!(faults(&mut machine, 20, 100), Phase::Faulted);
     }
 
     #[test]
     fn latched_device_is_enabled_by_its_own_button() {
-        let mut machine = Machine::new(Engagement::DeadMan(1), 0.01, 0.01, Rearm::ByPerson);
+        let mut machine = Machine::new(EnableMode::DeadMan(1), 0.01, 0.01, Rearm::ByPerson);
         for _ in 0..3 {
             tick(&mut machine, 0, true);
             assert_eq!(ticks(&mut machine, 40, 1, true), Phase::Engaged);
