@@ -10,6 +10,7 @@
 //! 3. the numbers of the tick are drawn on the right, the time line at the bottom (`panels`), and
 //!    the scene in the middle.
 
+mod icons;
 mod keys;
 mod panels;
 mod timeline;

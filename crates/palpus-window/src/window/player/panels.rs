@@ -4,6 +4,7 @@
 use eframe::egui::{self, RichText};
 use palpus_device::Cut;
 
+use super::icons::Icon;
 use super::keys::Action;
 use super::timeline::Mark;
 use super::{Player, SPEEDS};
@@ -110,14 +111,15 @@ impl Player {
     pub(super) fn below(&mut self, ui: &mut egui::Ui) {
         let context = ui.ctx().clone();
         ui.horizontal_wrapped(|ui| {
+            let play = if self.playing { Icon::Pause } else { Icon::Play };
             for (action, icon, hint) in [
-                (Action::Begin, "⏮", "to the beginning (Home)"),
-                (Action::Step(-1), "◀", "one tick back (Left)"),
-                (Action::Play, if self.playing { "⏸" } else { "▶" }, "play, pause (Space)"),
-                (Action::Step(1), "▶|", "one tick on (Right)"),
-                (Action::End, "⏭", "to the end (End)"),
+                (Action::Begin, Icon::Begin, "to the beginning (Home)"),
+                (Action::Step(-1), Icon::Back, "one tick back (Left)"),
+                (Action::Play, play, "play, pause (Space)"),
+                (Action::Step(1), Icon::On, "one tick on (Right)"),
+                (Action::End, Icon::End, "to the end (End)"),
             ] {
-                if ui.button(icon).on_hover_text(hint).clicked() {
+                if icon.button(ui, hint).clicked() {
                     self.act(&context, action);
                 }
             }
