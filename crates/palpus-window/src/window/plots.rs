@@ -38,6 +38,9 @@ const STATE: f32 = 0.13;
 const MARK: f64 = 2.0;
 const MARK_HZ: f64 = 100.0;
 
+/// Smallest amplitude of a spectrum that is written, in the unit of its chart.
+const LEAST_PEAK: f64 = 0.001;
+
 /// State of the plots.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Plots {
@@ -208,7 +211,10 @@ impl Seen<'_> {
         let peak = amplitudes.iter().enumerate().max_by(|x, y| x.1.total_cmp(y.1));
         peak.map_or(String::new(), |(k, amplitude)| {
             let frequency = (k + 1) as f64 * self.rate() / LENGTH as f64;
-            format!("{amplitude:.3} {} at {frequency:.0} Hz", chart.unit)
+            match chart.unit {
+                unit if *amplitude < LEAST_PEAK => format!("below {LEAST_PEAK} {unit}"),
+                unit => format!("{amplitude:.3} {unit} at {frequency:.0} Hz"),
+            }
         })
     }
 
