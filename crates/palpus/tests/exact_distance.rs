@@ -275,9 +275,9 @@ fn on_triangle(p: DVec3, t: &[DVec3; 3]) -> DVec3 {
     nearer(nearer(side(0), side(1)), side(2))
 }
 
-/// Returns the distance of the points of two segments that are nearest to the other line. For
-/// nearly parallel segments these points are inexact, but then the closest points of the corners
-/// are just as near.
+/// Returns the distance between two segments at the points where their lines are nearest to each
+/// other. For nearly parallel segments these points are inexact, but then the closest points of the
+/// corners are just as near.
 fn between_lines(p: DVec3, q: DVec3, u: DVec3, v: DVec3) -> f64 {
     let (d, e) = (q - p, v - u);
     let across = d.cross(e);

@@ -15,11 +15,11 @@
 //!    can take back. Force and torque are each at most the component of the wrench along the
 //!    motion, plus the force of a damper that the device can render stably. Near rest, where the
 //!    direction of a velocity is noise, both fade out.
-//! 4. *Onset* (contact during the ramp): a contact that is pressed while the gain of the start-up ramp
-//!    rises would return more energy than it took. So there is no allowance from the start of the
-//!    ramp until the wrench is next near zero. The controller acts before the credit is used up: in
-//!    each [`LEAD`] seconds, the hand gets back at most the credit that is left. The credit is
-//!    reduced by the energy that may be wrong because the motion within an encoder step is unknown.
+//! 4. *Onset* (contact during the ramp): a contact that is pressed while the gain of the start-up
+//!    ramp rises would return more energy than it took. So there is no allowance from the start of
+//!    the ramp until the wrench is next near zero. The controller acts before the credit is used
+//!    up: in each [`LEAD`] seconds, the hand gets back at most the credit that is left. The credit
+//!    is reduced by the energy that may be wrong because the motion within a step is unknown.
 //!    A load at rest is not reduced: only motion beyond the noise of a grip at rest counts, and the
 //!    chain passes only the part of the velocity that agrees with the poses.
 //!
@@ -192,7 +192,7 @@ impl EnergyAccount {
         Wrench { torque: computed.torque - share * torque, force: computed.force - share * force }
     }
 
-    /// Takes the gain of the start-up ramp, by which the result of [`Self::limit`] will be multiplied:
+    /// Takes the gain of the start-up ramp, by which the result of [`Self::limit`] is multiplied:
     /// below 1 while the device ramps. Returns true if the next result removes energy that the ramp
     /// adds; this counts as [`super::Cut::StartUp`]. Called before [`Self::limit`], whose state
     /// then has only the part of the velocity that agrees with the poses.

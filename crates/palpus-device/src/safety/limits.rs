@@ -60,8 +60,8 @@ const STALL_SHORTEST: f64 = 10e-3;
 const STALL_PERIODS: f64 = 5.0;
 /// Largest wrench at which the device engages, as a fraction of the peak.
 const ENGAGE_SHARE: f64 = 0.1;
-/// Time from zero to the full wrench at a start-up, s. The ramp is longer than a hand's reaction time (0.15
-/// to 0.2 s).
+/// Time from zero to the full wrench at a start-up, s. The ramp is longer than a hand's reaction
+/// time (0.15 to 0.2 s).
 const RAMP_TIME: f64 = 0.25;
 /// Time without a fault before the device may be engaged again, s.
 const HOLD_TIME: f64 = 0.25;

@@ -22,7 +22,7 @@ pub struct PopThrough {
     pub samples: usize,
     /// Fraction of the pushes with contact from the first step to the last.
     pub held: f64,
-    /// Fraction of the pushes whose depth increased as long as the entered surface was the nearest.
+    /// Fraction of the pushes in which the depth increased while the entered surface was nearest.
     pub grew: f64,
     /// Number of pushes that lost contact between k and k + 1 ninths of the way. The last number
     /// counts the pushes that did not lose contact.

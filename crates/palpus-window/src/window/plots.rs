@@ -193,8 +193,8 @@ impl Seen<'_> {
         self.draw(painter, field, chart, &shown, lines);
     }
 
-    /// Writes `words` beside a vertical line at `x`, if there is space. `spacing` is the distance of
-    /// the lines, points.
+    /// Writes `words` beside a vertical line at `x`, if there is space. `spacing` is the distance
+    /// of the lines, points.
     fn mark(&self, painter: &Painter, field: Rect, x: f32, words: String, spacing: f32) {
         // The text of the scale is at the left.
         let is_free = x > field.left() + 3.0 * SCALE && x < field.right() - 2.5 * SCALE;
