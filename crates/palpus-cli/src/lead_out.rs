@@ -64,7 +64,7 @@ enum Phase {
 }
 
 /// Action of a tick.
-pub(crate) struct Led {
+pub(crate) struct LeadOutTick {
     /// Wrench on the device, world.
     pub(crate) wrench: Wrench,
     /// Energy that the goal gave to the grip since the last tick, J; negative if the goal took
@@ -83,7 +83,7 @@ impl LeadOut {
 
     /// Computes one tick of `dt` (s) for the device in `state`. `free`: the engine found the probe
     /// outside. `None` if the device gets the contact wrench.
-    pub(crate) fn tick(&mut self, state: &DeviceState, dt: f64, free: bool) -> Option<Led> {
+    pub(crate) fn tick(&mut self, state: &DeviceState, dt: f64, free: bool) -> Option<LeadOutTick> {
         let (along, length) = (self.way.normalize_or_zero(), self.way.length());
         let grip = state.pose.translation;
         let done = (grip - self.from).dot(along);
@@ -107,7 +107,7 @@ impl LeadOut {
         self.phase = Phase::Leading { goal, last: grip, passed: passed || now };
         let most = self.most * SPEED * dt;
         let work = force.dot(grip - last).clamp(-most, most);
-        Some(Led { wrench: Wrench { force, ..Wrench::ZERO }, work, forget: now && !passed })
+        Some(LeadOutTick { wrench: Wrench { force, ..Wrench::ZERO }, work, forget: now && !passed })
     }
 
     /// Writes a description into a recording's header.

@@ -72,7 +72,7 @@ impl ServoThread {
         }
         let clock = WallClock::new();
         let mut pacer = Pacer::of(world.tool_settings(tool), rate_hz);
-        let carried = Carried { available: Cell::new(Limits::UNLIMITED), panicked: Cell::new(false) };
+        let carried = LastTick { available: Cell::new(Limits::UNLIMITED), panicked: Cell::new(false) };
         let step = |state: &palpus_device::DeviceState, dt: f64| {
             let before = allocations_of_this_thread();
             if carried.panicked.take() {
@@ -107,7 +107,7 @@ impl ServoThread {
 }
 
 /// Values of the last tick that the next step needs.
-struct Carried {
+struct LastTick {
     available: Cell<Limits>,
     panicked: Cell<bool>,
 }
@@ -115,7 +115,7 @@ struct Carried {
 /// Publishes every tick.
 struct Watcher<'a> {
     now: Publisher<Now>,
-    carried: &'a Carried,
+    carried: &'a LastTick,
     /// The last pose of the tool, and its number of contacts.
     last: Option<(Pose, usize)>,
     allocations: u64,

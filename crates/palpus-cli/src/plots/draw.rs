@@ -102,12 +102,12 @@ impl Across {
 }
 
 /// The vertical axis of a panel.
-struct Up {
+struct VerticalAxis {
     range: Range<f64>,
     top: f64,
 }
 
-impl Up {
+impl VerticalAxis {
     fn pixels(&self, value: f64) -> f64 {
         let value = value.clamp(self.range.start, self.range.end);
         self.top + PLOT_HEIGHT * (self.range.end - value) / (self.range.end - self.range.start)
@@ -177,7 +177,7 @@ impl Pen {
         for (row, entries) in legend.iter().enumerate() {
             self.legend(panel, entries, y + CAPTION_HEIGHT + LEGEND_HEIGHT * row as f64);
         }
-        let up = Up { range: panel.y_range(), top };
+        let up = VerticalAxis { range: panel.y_range(), top };
         self.bands(figure, across, &up);
         self.grid(panel, across, &up, last);
         for series in &panel.series {
@@ -207,7 +207,7 @@ impl Pen {
         }
     }
 
-    fn bands(&mut self, figure: &Figure, across: &Across, up: &Up) {
+    fn bands(&mut self, figure: &Figure, across: &Across, up: &VerticalAxis) {
         if figure.bands.is_empty() {
             return;
         }
@@ -220,7 +220,7 @@ impl Pen {
         self.line(format_args!("<path class=\"band\" fill=\"{}\" d=\"{path}\"/>", light("band")));
     }
 
-    fn grid(&mut self, panel: &Panel, across: &Across, up: &Up, last: bool) {
+    fn grid(&mut self, panel: &Panel, across: &Across, up: &VerticalAxis, last: bool) {
         let right = WIDTH - RIGHT;
         let heights = if panel.drawn == Drawn::Bars { axis::powers(&up.range) } else { axis::even(&up.range, 5) };
         let mut path = String::new();
@@ -242,7 +242,7 @@ impl Pen {
         }
     }
 
-    fn curve(&mut self, series: &Series, panel: &Panel, figure: &Figure, across: &Across, up: &Up) {
+    fn curve(&mut self, series: &Series, panel: &Panel, figure: &Figure, across: &Across, up: &VerticalAxis) {
         let points = figure.on_axis(&series.points);
         let ([stroke, fill], colour) = (series.color.classes(), series.color.light());
         for run in runs(&points) {
@@ -265,7 +265,15 @@ impl Pen {
         }
     }
 
-    fn polyline(&mut self, points: &[(f64, f64)], width: f64, class: &str, colour: &str, across: &Across, up: &Up) {
+    fn polyline(
+        &mut self,
+        points: &[(f64, f64)],
+        width: f64,
+        class: &str,
+        colour: &str,
+        across: &Across,
+        up: &VerticalAxis,
+    ) {
         if points.is_empty() {
             return;
         }
@@ -279,7 +287,7 @@ impl Pen {
         ));
     }
 
-    fn bars(&mut self, series: &Series, figure: &Figure, across: &Across, up: &Up) {
+    fn bars(&mut self, series: &Series, figure: &Figure, across: &Across, up: &VerticalAxis) {
         let points = figure.on_axis(&series.points);
         let [first, second, ..] = points[..] else { return };
         let width = across.pixels(second.0) - across.pixels(first.0);
@@ -292,7 +300,7 @@ impl Pen {
         self.line(format_args!("<path class=\"{fill}\" fill=\"{colour}\" d=\"{path}\"/>"));
     }
 
-    fn marks(&mut self, figure: &Figure, across: &Across, up: &Up, first: bool) {
+    fn marks(&mut self, figure: &Figure, across: &Across, up: &VerticalAxis, first: bool) {
         for mark in &figure.marks {
             let (x, colour) = (across.pixels(figure.place(mark.x)), light("mark"));
             self.line(format_args!(

@@ -124,7 +124,7 @@ fn raw(tick: &ServoTick) -> Option<RawState> {
 
 /// Options of a recording.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Keep {
+pub(crate) struct RecordingOptions {
     /// True to overwrite an existing file; else the recording gets a free name.
     pub(crate) overwrite: bool,
     /// Largest size of all files of a recording together, bytes.
@@ -139,7 +139,7 @@ pub(crate) fn free(file: &Path, tools: usize) -> Vec<PathBuf> {
 }
 
 /// Returns the names of the recordings of a run: the requested names, or free names with a message.
-pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
+pub(crate) fn of_run(file: &Path, tools: usize, keep: &RecordingOptions) -> Vec<PathBuf> {
     if keep.overwrite {
         return tools::recordings(file.to_owned(), tools);
     }
@@ -167,7 +167,7 @@ pub(crate) struct Writing {
 
 impl Recording {
     /// Creates the file, and its folder if necessary, and starts the writer.
-    pub(crate) fn start(path: &Path, header: &RecordingHeader, keep: &Keep) -> anyhow::Result<Self> {
+    pub(crate) fn start(path: &Path, header: &RecordingHeader, keep: &RecordingOptions) -> anyhow::Result<Self> {
         let problem = || format!("{} could not be created; name another file with --record", path.display());
         files::make_folder_of(path).with_context(problem)?;
         if keep.overwrite && path.exists() {
@@ -227,7 +227,7 @@ mod tests {
         let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
         let header = stage.header(stage.settings, "sim", 1000.0);
         let path = std::env::temp_dir().join(format!("palpus-rows-{}.csv", std::process::id()));
-        let keep = Keep { overwrite: true, limit: None };
+        let keep = RecordingOptions { overwrite: true, limit: None };
         let Recording { mut rows, writing } = Recording::start(&path, &header, &keep).expect("the file can be written");
         let ticks = ticks();
         let before = allocations_of_this_thread();

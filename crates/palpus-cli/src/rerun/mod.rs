@@ -25,7 +25,7 @@ use crate::stage::{self, Stage};
 use crate::{safety, tools};
 
 /// Receives each replayed row: tool, row number, wrench for the device, contacts.
-type Each<'a> = &'a mut dyn FnMut(usize, usize, &Wrench, u32) -> ControlFlow<()>;
+type RowVisitor<'a> = &'a mut dyn FnMut(usize, usize, &Wrench, u32) -> ControlFlow<()>;
 
 /// A recording, the recordings that belong to it, and the engine that replays them.
 pub(crate) struct Rerun<'a> {
@@ -90,7 +90,7 @@ impl<'a> Rerun<'a> {
         Ok(comparisons.iter().map(Comparison::report).collect())
     }
 
-    fn run_all(&mut self, each: Each<'_>) -> anyhow::Result<()> {
+    fn run_all(&mut self, each: RowVisitor<'_>) -> anyhow::Result<()> {
         run_again(&in_order(self.which, self.named, &self.others), &mut self.engine, each)
     }
 
@@ -158,7 +158,7 @@ fn in_order<'a>(which: usize, named: &'a Recording, others: &'a [Recording]) -> 
 }
 
 /// Replays recordings on a prepared engine and calls `each` with every row, until `each` breaks.
-fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> anyhow::Result<()> {
+fn run_again(recordings: &[&Recording], engine: &mut Engine, each: RowVisitor<'_>) -> anyhow::Result<()> {
     let mut chains = chains(recordings)?;
     let mut contact = ContactAccount::new(chains.iter().flatten().map(SafetyChain::limits));
     let mut states: Vec<DeviceState> = recordings.iter().map(|recording| state(&recording.rows[0])).collect();

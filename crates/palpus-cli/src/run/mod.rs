@@ -37,7 +37,7 @@ use serde::Serialize;
 
 use crate::args::{RunArguments, file_policy};
 use crate::interrupt::stop_at_signal;
-use crate::recording::Keep;
+use crate::recording::RecordingOptions;
 use crate::summary::Summary;
 use crate::{output, picture, plots, stage, summary, tools, window};
 
@@ -115,7 +115,7 @@ pub(crate) fn beginning(arguments: &RunArguments) -> Beginning<'_> {
         claims: (!arguments.fast && !arguments.no_realtime).then(RealTimeOptions::default),
         paused: false,
         watched: false,
-        keep: Keep { overwrite: arguments.keep.force, limit: arguments.keep.record_limit.0 },
+        keep: RecordingOptions { overwrite: arguments.keep.force, limit: arguments.keep.record_limit.0 },
         fault_log: arguments.keep.fault_log(),
     }
 }

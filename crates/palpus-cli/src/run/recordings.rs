@@ -7,8 +7,8 @@ use anyhow::anyhow;
 use palpus::render::Settings;
 use palpus_io::RecordingHeader;
 
-use super::servo_thread::{ORDERS, Order};
-use crate::recording::{Keep, Recording, Rows, Writing};
+use super::servo_thread::{ORDERS, RecordingRequest};
+use crate::recording::{Recording, RecordingOptions, Rows, Writing};
 use crate::tools::name_recordings;
 
 /// See the module's description.
@@ -16,8 +16,8 @@ pub(super) struct Recordings {
     header: RecordingHeader,
     /// Number of the device.
     which: usize,
-    keep: Keep,
-    orders: rtrb::Producer<Order>,
+    keep: RecordingOptions,
+    orders: rtrb::Producer<RecordingRequest>,
     over: rtrb::Consumer<Rows>,
     writing: Option<Writing>,
     written: Vec<PathBuf>,
@@ -25,7 +25,7 @@ pub(super) struct Recordings {
 }
 
 /// The servo thread's ends of the queues.
-pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
+pub(super) type Ends = (rtrb::Consumer<RecordingRequest>, rtrb::Producer<Rows>);
 
 /// Longest wait for the servo thread to release a recording: many ticks. A paused loop does not
 /// answer.
@@ -34,7 +34,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 impl Recordings {
     /// Creates the recordings of device `which`. `header`: header of a recording that begins with
     /// the run.
-    pub(super) fn new(header: RecordingHeader, which: usize, keep: Keep) -> (Self, Ends) {
+    pub(super) fn new(header: RecordingHeader, which: usize, keep: RecordingOptions) -> (Self, Ends) {
         let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
         // Capacity for the first recording and all later requests.
         let (put_down, over) = rtrb::RingBuffer::new(ORDERS + 1);
@@ -77,7 +77,7 @@ impl Recordings {
         ordered
     }
 
-    fn order(&mut self, order: Order) -> anyhow::Result<()> {
+    fn order(&mut self, order: RecordingRequest) -> anyhow::Result<()> {
         while self.over.pop().is_ok() {}
         self.orders.push(order).map_err(|_| anyhow!("the loop does not answer; resume it first"))
     }

@@ -23,7 +23,7 @@ use crate::recording::Rows;
 use crate::summary::Gatherer;
 
 /// A recording to continue with and the settings in its header; `None` ends recording.
-pub(super) type Order = Option<(Rows, Settings)>;
+pub(super) type RecordingRequest = Option<(Rows, Settings)>;
 
 /// Capacity of the queue of requests. A paused run does not read requests, but people may still
 /// press buttons.
@@ -43,11 +43,11 @@ pub(super) struct ServoThread {
 /// Parts of the loop for one device.
 pub(super) struct Working {
     pub(super) device: FaultyDevice<Box<dyn HapticDevice + Send>>,
-    pub(super) sight: Sight,
+    pub(super) sight: ServoObserver,
 }
 
 /// Results of the thread.
-pub(super) struct Turned {
+pub(super) struct ServoResults {
     pub(super) worked: Vec<Worked>,
     pub(super) engine: Engine,
 }
@@ -66,7 +66,7 @@ pub(crate) fn joined<T>(result: thread::Result<T>) -> anyhow::Result<T> {
 impl ServoThread {
     /// Runs the loop from its first to its last tick. Before the first tick it sends the real-time
     /// rights that the system grants to `granted`.
-    pub(super) fn turn(self, granted: &mpsc::Sender<Option<RealTimeClaims>>) -> Turned {
+    pub(super) fn turn(self, granted: &mpsc::Sender<Option<RealTimeClaims>>) -> ServoResults {
         let Self { mut servo, working, mut engine, script, claims, stop } = self;
         // The receiver exists until it has got this message.
         let _ = granted.send(claims.as_ref().map(claim));
@@ -90,8 +90,9 @@ impl ServoThread {
         let mut watcher = Watcher { sights, previous: &previous };
         let statistics = servo.run_all(&mut devices.iter_mut().collect::<Vec<_>>(), step, &mut watcher, &stop);
         let statistics = statistics.expect("the loop was made for these devices");
-        let worked = |(statistics, sight): (RunStatistics, Sight)| Worked { statistics, gatherer: sight.gatherer };
-        Turned { worked: statistics.into_iter().zip(watcher.sights).map(worked).collect(), engine }
+        let worked =
+            |(statistics, sight): (RunStatistics, ServoObserver)| Worked { statistics, gatherer: sight.gatherer };
+        ServoResults { worked: statistics.into_iter().zip(watcher.sights).map(worked).collect(), engine }
     }
 }
 
@@ -110,7 +111,7 @@ impl PreviousTick {
 
 /// Observes every tick of every device.
 struct Watcher<'a> {
-    sights: Vec<Sight>,
+    sights: Vec<ServoObserver>,
     previous: &'a PreviousTick,
 }
 
@@ -135,7 +136,7 @@ impl TickObserver<Detail> for Watcher<'_> {
 }
 
 /// Observer of every tick of a device; ticks without an answer have no detail.
-pub(super) struct Sight {
+pub(super) struct ServoObserver {
     pub(super) gatherer: Gatherer,
     pub(super) log: Log,
     pub(super) live: (Publisher<Live>, Live),
@@ -143,7 +144,7 @@ pub(super) struct Sight {
     pub(super) watched: Option<Watched>,
 }
 
-impl Sight {
+impl ServoObserver {
     fn see(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
         if let Some(detail) = detail {
             self.gatherer.add(tick, detail);
@@ -166,7 +167,7 @@ pub(super) struct Log {
     pub(super) rows: Option<Rows>,
     /// The engine's settings.
     pub(super) in_force: Settings,
-    pub(super) orders: rtrb::Consumer<Order>,
+    pub(super) orders: rtrb::Consumer<RecordingRequest>,
     /// Finished recordings, which another thread frees.
     pub(super) over: rtrb::Producer<Rows>,
 }
@@ -189,7 +190,7 @@ impl Log {
     }
 
     /// Continues with another recording, or without a recording, from tick `index` on.
-    fn begin(&mut self, order: Order, index: u64) {
+    fn begin(&mut self, order: RecordingRequest, index: u64) {
         if let Some(rows) = self.rows.take() {
             // The queue has room for all requested recordings.
             let _ = self.over.push(rows);

@@ -22,13 +22,13 @@ use palpus::render::{Settings, SettingsError};
 use palpus_device::{DeviceSpec, Guide, HelperThread, RealTimeClaims, RealTimeOptions, RunControl, Servo, leave_core};
 use palpus_io::scene::CouplingMode;
 
-use super::servo_thread::{ServoThread, Turned, joined};
+use super::servo_thread::{ServoResults, ServoThread, joined};
 use super::session_device::{EndedDevice, SessionDevice, preset};
 use super::watched::WatchedTick;
 use super::{Live, Ready};
 use crate::engine::Engine;
 use crate::output;
-use crate::recording::{self, Keep};
+use crate::recording::{self, RecordingOptions};
 use crate::safety;
 use crate::stage::Stage;
 use crate::untouched::Untouched;
@@ -45,7 +45,7 @@ pub(crate) struct Session {
     devices: Vec<SessionDevice>,
     control: Arc<RunControl>,
     claims: Option<RealTimeClaims>,
-    thread: JoinHandle<Turned>,
+    thread: JoinHandle<ServoResults>,
     /// Takes part in the steps of close-fitting parts.
     helper: Option<HelperThread>,
 }
@@ -63,7 +63,7 @@ pub(crate) struct Beginning<'a> {
     /// True if every tick of the first device is kept for [`Session::watched`].
     pub(crate) watched: bool,
     /// Options of the recordings.
-    pub(crate) keep: Keep,
+    pub(crate) keep: RecordingOptions,
     /// File of the fault log: `None` for no log, `Some(None)` for the user's default.
     pub(crate) fault_log: Option<Option<&'a Path>>,
 }
@@ -143,7 +143,7 @@ impl Session {
 
     /// Waits for the end and returns the results.
     pub(crate) fn wait(self) -> anyhow::Result<Ended> {
-        let Turned { worked, engine } = joined(self.thread.join())?;
+        let ServoResults { worked, engine } = joined(self.thread.join())?;
         let settings = self.devices[0].settings;
         let scripted = self.devices[0].guide.is_some();
         let (mut devices, mut notes) = (Vec::new(), Vec::new());

@@ -7,7 +7,7 @@ use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTime
 use palpus_io::scene::CouplingMode;
 
 use super::recordings::Recordings;
-use super::servo_thread::{Log, Sight, Worked, Working};
+use super::servo_thread::{Log, ServoObserver, Worked, Working};
 use super::watched::{self, WatchedTick};
 use super::{Beginning, Live, Plan};
 use crate::fault_log::FaultLog;
@@ -72,7 +72,7 @@ impl SessionDevice {
         let rows = files.map(|files| recordings.start(files, &settings)).transpose()?;
         let is_watched = beginning.watched && which == 0;
         let (watching, watched) = is_watched.then(watched::queue).unzip();
-        let sight = Sight {
+        let sight = ServoObserver {
             gatherer: Gatherer::new(settings.grip_a)?,
             log: Log { rows, in_force: settings, orders, over },
             live: (publisher, Live::new(rate_hz, inside)),

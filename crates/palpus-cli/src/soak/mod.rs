@@ -42,7 +42,7 @@ use crate::doctor::timer;
 use crate::engine::{Answer, Detail, Engine};
 use crate::interrupt::stop_at_signal;
 use crate::output;
-use crate::recording::{self, Keep, Recording, Writing};
+use crate::recording::{self, Recording, RecordingOptions, Writing};
 use crate::run::joined;
 use crate::stage::Stage;
 use crate::tools::name_recordings;
@@ -135,7 +135,8 @@ impl Run {
         let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };
         let mut servo = Servo::new(ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() })?;
         let count = ground.hands.len();
-        let files = arguments.record.as_deref().map(|file| recording::of_run(file, count, &Keep::default()));
+        let files =
+            arguments.record.as_deref().map(|file| recording::of_run(file, count, &RecordingOptions::default()));
         let (mut devices, mut settings, mut rows, mut writing) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (which, hand) in ground.hands.iter().enumerate() {
             if which > 0 {
@@ -148,7 +149,7 @@ impl Run {
                 if count > 1 {
                     name_recordings(which, files, &mut header.scene.more);
                 }
-                let recording = Recording::start(&files[which], &header, &Keep::default())?;
+                let recording = Recording::start(&files[which], &header, &RecordingOptions::default())?;
                 rows.push(recording.rows);
                 writing.push(recording.writing);
             }

@@ -44,7 +44,7 @@ pub(super) struct Steered<'a> {
     /// `None` only if a device could not be opened again.
     session: Option<Session>,
     ended: Vec<Ended>,
-    loader: Loader<Next>,
+    loader: Loader<Preparation>,
     /// The next scene and its moments, until the window takes them.
     next: Option<(Scene, Newest<Moment>)>,
     /// Device, settings and numbers of the session, as last shown.
@@ -66,7 +66,7 @@ pub(super) struct Steered<'a> {
 }
 
 /// Result of a preparation.
-enum Next {
+enum Preparation {
     /// A stage and its name. The device is not open yet, and may first lead the probe out.
     Stage { name: String, stage: Box<Stage>, lead_out: bool },
     /// A run with its open device.
@@ -120,12 +120,12 @@ impl<'a> Steered<'a> {
     }
 
     /// Ends the present run and begins the next run.
-    fn follow(&mut self, next: Next) -> anyhow::Result<()> {
+    fn follow(&mut self, next: Preparation) -> anyhow::Result<()> {
         let recorded = self.session.as_ref().is_some_and(|session| session.recording().is_some());
         self.end_session()?;
         let ready = match next {
-            Next::Run(ready) => *ready,
-            Next::Stage { name, stage, lead_out } => {
+            Preparation::Run(ready) => *ready,
+            Preparation::Stage { name, stage, lead_out } => {
                 let arguments = RunArguments { lead_out, ..self.arguments.clone() };
                 Ready::new(&arguments, &name, *stage, true)?
             }
@@ -172,7 +172,7 @@ fn prepared(
     present: &Present,
     arguments: &RunArguments,
     tell: Tell<'_>,
-) -> anyhow::Result<Next> {
+) -> anyhow::Result<Preparation> {
     let (name, policy) = match wanted {
         Wanted::Scene(name) => (name.clone(), FilePolicy::Inside),
         Wanted::SceneFile(file) => (file.display().to_string(), file_policy(arguments.allow_outside)),
@@ -190,9 +190,9 @@ fn prepared(
     let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
     let mut devices = arguments.device.iter().chain(&arguments.second_device);
     if devices.any(is_hardware) {
-        return Ok(Next::Stage { name, stage: Box::new(stage), lead_out: arguments.lead_out });
+        return Ok(Preparation::Stage { name, stage: Box::new(stage), lead_out: arguments.lead_out });
     }
-    Ready::new(arguments, &name, stage, true).map(|ready| Next::Run(Box::new(ready)))
+    Ready::new(arguments, &name, stage, true).map(|ready| Preparation::Run(Box::new(ready)))
 }
 
 /// Returns the folder for scenes that are made in the window, next to the recordings.

@@ -10,7 +10,7 @@ use palpus::algebra::Wrench;
 
 use super::frame::{self, Body, Command, Frame, State};
 use super::session::{BUFFER, Session};
-use super::socket::Heard;
+use super::socket::Received;
 use crate::latest::Publisher;
 use crate::realtime::{RealTimeOptions, claim};
 
@@ -163,8 +163,8 @@ impl Listener {
     fn turn(&mut self) -> Result<(), String> {
         let mut buffer = BUFFER;
         match self.shared.session.socket.receive(&mut buffer).map_err(|error| gone(&error))? {
-            Heard::Frame(length) => self.take(&buffer[..length])?,
-            Heard::Nothing => {}
+            Received::Frame(length) => self.take(&buffer[..length])?,
+            Received::Nothing => {}
         }
         if self.heard.elapsed() > LOST_TIME {
             return Err(format!("the driver has sent no state for {} ms", LOST_TIME.as_millis()));

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use super::frame::{self, Body, Command, Frame, LONGEST, State, Welcome};
-use super::socket::{Heard, Socket};
+use super::socket::{Received, Socket};
 use super::{BridgeAddress, BridgeError};
 
 /// Time limit of a receive. A thread checks this often whether it must end.
@@ -107,7 +107,7 @@ fn ask<T>(
             send().map_err(gone)?;
             again = Instant::now() + AGAIN;
         }
-        let Heard::Frame(length) = socket.receive(&mut buffer).map_err(gone)? else { continue };
+        let Received::Frame(length) = socket.receive(&mut buffer).map_err(gone)? else { continue };
         match frame::decode(&buffer[..length]).map(&answer) {
             Ok(Some(accepted)) => return Ok(accepted),
             Ok(None) => {}

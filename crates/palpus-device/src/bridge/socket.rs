@@ -30,7 +30,7 @@ pub(super) enum Socket {
 
 /// Result of a receive.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(super) enum Received {
     /// A frame of this many bytes.
     Frame(usize),
     /// No frame arrived within the time limit.
@@ -85,22 +85,22 @@ impl Socket {
     }
 
     /// Receives a frame into `buffer`. A longer frame is truncated to the buffer's length.
-    pub(super) fn receive(&self, buffer: &mut [u8]) -> io::Result<Heard> {
+    pub(super) fn receive(&self, buffer: &mut [u8]) -> io::Result<Received> {
         let heard = match self {
-            Self::Udp(socket) => socket.recv(buffer).map(Heard::Frame),
+            Self::Udp(socket) => socket.recv(buffer).map(Received::Frame),
             #[cfg(target_os = "linux")]
             Self::Packets(socket) => {
                 use rustix::net::{RecvFlags, recv};
                 match recv(socket, buffer, RecvFlags::empty()).map_err(io::Error::from) {
                     // A length of 0 means that the other end has closed the connection.
                     Ok((_, 0)) => Err(io::ErrorKind::UnexpectedEof.into()),
-                    Ok((bytes, _)) => Ok(Heard::Frame(bytes)),
+                    Ok((bytes, _)) => Ok(Received::Frame(bytes)),
                     Err(error) => Err(error),
                 }
             }
         };
         match heard {
-            Err(error) if is_no_answer(error.kind()) => Ok(Heard::Nothing),
+            Err(error) if is_no_answer(error.kind()) => Ok(Received::Nothing),
             heard => heard,
         }
     }

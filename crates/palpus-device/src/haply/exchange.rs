@@ -23,9 +23,9 @@ use glam::DVec3;
 use super::Shared;
 use super::echo::{Echo, Given};
 use super::message::Sample;
-use super::opening::{Opened, Talk};
+use super::opening::{MessageFormat, Opened};
 use super::senses::Senses;
-use super::wire::{Heard, Wire};
+use super::wire::{Received, Wire};
 use crate::device::{Brake, BrakeFlag, DeviceState};
 use crate::latest::{Newest, Publisher};
 use crate::realtime::{RealTimeOptions, claim};
@@ -81,7 +81,7 @@ enum Answer {
 /// The exchange thread's side of the device.
 pub(super) struct Exchange {
     wire: Wire,
-    talk: Talk,
+    talk: MessageFormat,
     senses: Senses,
     force_max: f64,
     states: Publisher<Sensed>,
@@ -256,7 +256,7 @@ impl Exchange {
     /// kept, all later states would be old.
     fn drain(&mut self) -> Result<(), String> {
         for _ in 0..MOST_EXTRA {
-            if self.wire.hear(None).map_err(closed)? == Heard::Nothing {
+            if self.wire.hear(None).map_err(closed)? == Received::Nothing {
                 return Ok(());
             }
             self.add(|counts| &counts.extra, 1);
@@ -267,9 +267,9 @@ impl Exchange {
     /// Returns the first message that arrives before `until`.
     fn answer(&mut self, until: Instant) -> Result<Answer, String> {
         Ok(match self.wire.hear(Some(until)).map_err(closed)? {
-            Heard::Text(text) => self.talk.sample(&text).map_or_else(Answer::Bad, Answer::State),
-            Heard::Other(what) => Answer::Bad(what.to_owned()),
-            Heard::Nothing => Answer::Late,
+            Received::Text(text) => self.talk.sample(&text).map_or_else(Answer::Bad, Answer::State),
+            Received::Other(what) => Answer::Bad(what.to_owned()),
+            Received::Nothing => Answer::Late,
         })
     }
 

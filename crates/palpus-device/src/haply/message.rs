@@ -16,7 +16,7 @@ use std::fmt::Write;
 use glam::{DQuat, DVec3};
 use serde_json::Value;
 
-use super::version::Spelling;
+use super::version::ForceKey;
 
 /// Names of the arrays that contain grips. A grip may be in two of these arrays.
 const GRIPS: [&str; 3] = ["custom_verse_grip", "wireless_verse_grip", "verse_grip"];
@@ -172,7 +172,7 @@ pub fn sample(text: &str, arm: &str, grip: Option<&str>) -> Result<Sample, Strin
 }
 
 /// Overwrites `into` with a message that commands a force (N) on the arm with the id `id_in_json`.
-pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spelling, force: DVec3) {
+pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: ForceKey, force: DVec3) {
     into.clear();
     into.push('{');
     write_device(into, id_in_json, spelling, force);
@@ -181,14 +181,14 @@ pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spellin
 /// Overwrites `into` with the first message of a session. The message commands zero and names the
 /// profile under which the service keeps this program's settings. The service's answer contains
 /// these settings, while the inventory contained the previous settings.
-pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: Spelling) {
+pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: ForceKey) {
     into.clear();
     into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}},"force_render_full_state":{}},"#);
     write_device(into, id_in_json, spelling, DVec3::ZERO);
 }
 
 /// Appends the rest of a message, which is the part for the arm.
-fn write_device(into: &mut String, id_in_json: &str, spelling: Spelling, force: DVec3) {
+fn write_device(into: &mut String, id_in_json: &str, spelling: ForceKey, force: DVec3) {
     let (key, DVec3 { x, y, z }) = (spelling.key(), force);
     // Writing to a string cannot fail.
     let _ = write!(

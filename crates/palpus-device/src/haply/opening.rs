@@ -15,8 +15,8 @@ use serde_json::Value;
 use super::address::Address;
 use super::message::{self, Arm, ArmKind, Grip, Inventory, Sample};
 use super::senses::Senses;
-use super::version::{self, Identity, Spelling};
-use super::wire::{Failed, Heard, Wire};
+use super::version::{self, ForceKey, Identity};
+use super::wire::{Failed, Received, Wire};
 use super::{HaplyError, HaplyOptions, http};
 use crate::device::{Axes, DeviceSpec, DeviceState, known_devices};
 
@@ -38,16 +38,16 @@ pub(super) struct Opened {
     pub(super) notes: Vec<String>,
     pub(super) first: DeviceState,
     pub(super) wire: Wire,
-    pub(super) talk: Talk,
+    pub(super) talk: MessageFormat,
     pub(super) senses: Senses,
 }
 
 /// Names and message format for one arm and its grip.
-pub(super) struct Talk {
+pub(super) struct MessageFormat {
     arm: String,
     arm_in_json: String,
     pub(super) grip: Option<String>,
-    spelling: Spelling,
+    spelling: ForceKey,
     message: String,
 }
 
@@ -79,7 +79,7 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
     let pairing = http::get(&address, &format!("/inverse3/{}/config/paired_with", http::in_path(&arm.id)));
     let (grip, paired) = grip_of(arm, &inventory, pairing.as_ref());
     let spelling = version::spelling(version.as_deref());
-    let mut talk = Talk {
+    let mut talk = MessageFormat {
         arm: arm.id.clone(),
         arm_in_json: message::in_json(&arm.id),
         grip: grip.map(|grip| grip.id.clone()),
@@ -130,7 +130,7 @@ enum NoSample {
 /// Returns the first sample. If there is a grip, the sample includes the orientation of the grip.
 /// The session's name is sent only to services that state their version, since older services may
 /// not accept it.
-fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample, NoSample> {
+fn first_sample(wire: &mut Wire, talk: &mut MessageFormat, named: bool) -> Result<Sample, NoSample> {
     let until = Instant::now() + FIRST_ANSWER;
     let mut message = if named { talk.first() } else { talk.force(DVec3::ZERO) };
     loop {
@@ -180,9 +180,9 @@ fn grip_of<'a>(arm: &Arm, inventory: &'a Inventory, pairing: Option<&Value>) -> 
 /// Returns the next text message that arrives within [`FIRST_ANSWER`].
 fn hear(wire: &mut Wire, missing: &str) -> Result<String, String> {
     match wire.hear(Some(Instant::now() + FIRST_ANSWER))? {
-        Heard::Text(text) => Ok(text),
-        Heard::Other(what) => Err(format!("it sends {what}")),
-        Heard::Nothing => Err(format!("it {missing} within {} s", FIRST_ANSWER.as_secs())),
+        Received::Text(text) => Ok(text),
+        Received::Other(what) => Err(format!("it sends {what}")),
+        Received::Nothing => Err(format!("it {missing} within {} s", FIRST_ANSWER.as_secs())),
     }
 }
 
@@ -219,7 +219,7 @@ fn spec_of(arm: &Arm, grip: Option<&Grip>) -> DeviceSpec {
     }
 }
 
-impl Talk {
+impl MessageFormat {
     /// Returns the message that commands a force, N.
     pub(super) fn force(&mut self, force: DVec3) -> &str {
         message::write_force(&mut self.message, &self.arm_in_json, self.spelling, force);

@@ -7,14 +7,14 @@ const UNDERSTOOD: u32 = 3;
 
 /// JSON key of a force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Spelling {
+pub(super) enum ForceKey {
     /// The key from version 3.5 on.
     Vector,
     /// The key before version 3.5.
     Values,
 }
 
-impl Spelling {
+impl ForceKey {
     pub(super) fn key(self) -> &'static str {
         match self {
             Self::Vector => "vector",
@@ -71,10 +71,10 @@ fn number(version: &str) -> Option<(u32, u32)> {
 
 /// Returns the force key for a service of this version; without a version, the key of the newest
 /// version.
-pub(super) fn spelling(version: Option<&str>) -> Spelling {
+pub(super) fn spelling(version: Option<&str>) -> ForceKey {
     match version.and_then(number) {
-        Some(number) if number < (3, 5) => Spelling::Values,
-        _ => Spelling::Vector,
+        Some(number) if number < (3, 5) => ForceKey::Values,
+        _ => ForceKey::Vector,
     }
 }
 
@@ -87,14 +87,14 @@ mod tests {
     #[test]
     fn version_decides_the_force_key() {
         for (version, spelled) in [
-            (Some("3.5.0"), Spelling::Vector),
-            (Some("v3.10.2-rc1"), Spelling::Vector),
-            (Some("4"), Spelling::Vector),
-            (Some("3.4.9"), Spelling::Values),
-            (Some("3.0"), Spelling::Values),
-            (Some("2"), Spelling::Values),
-            (Some("nightly"), Spelling::Vector),
-            (None, Spelling::Vector),
+            (Some("3.5.0"), ForceKey::Vector),
+            (Some("v3.10.2-rc1"), ForceKey::Vector),
+            (Some("4"), ForceKey::Vector),
+            (Some("3.4.9"), ForceKey::Values),
+            (Some("3.0"), ForceKey::Values),
+            (Some("2"), ForceKey::Values),
+            (Some("nightly"), ForceKey::Vector),
+            (None, ForceKey::Vector),
         ] {
             assert_eq!(spelling(version), spelled, "{version:?}");
         }

@@ -78,7 +78,7 @@ impl Write for Line {
 
 /// Result of waiting for a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(super) enum Received {
     /// A text message.
     Text(String),
     /// A message of another kind, with its description.
@@ -118,16 +118,16 @@ impl Wire {
 
     /// Returns the next message that arrives before `until`. If `until` is `None`, returns a
     /// message only if it has already arrived.
-    pub(super) fn hear(&mut self, until: Option<Instant>) -> Result<Heard, String> {
+    pub(super) fn hear(&mut self, until: Option<Instant>) -> Result<Received, String> {
         self.socket.get_mut().until = until;
         for _ in 0..MOST_CONTROL {
             match self.socket.read() {
-                Ok(Message::Text(text)) => return Ok(Heard::Text(text.as_str().to_owned())),
-                Ok(Message::Binary(_)) => return Ok(Heard::Other("a binary message")),
+                Ok(Message::Text(text)) => return Ok(Received::Text(text.as_str().to_owned())),
+                Ok(Message::Binary(_)) => return Ok(Received::Other("a binary message")),
                 // The library answers pings.
                 Ok(_) if until.is_none_or(|until| Instant::now() < until) => {}
-                Ok(_) => return Ok(Heard::Nothing),
-                Err(Error::Io(error)) if waited(&error) => return Ok(Heard::Nothing),
+                Ok(_) => return Ok(Received::Nothing),
+                Err(Error::Io(error)) if waited(&error) => return Ok(Received::Nothing),
                 Err(error) => return Err(said(&error)),
             }
         }

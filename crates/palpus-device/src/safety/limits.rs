@@ -3,7 +3,7 @@
 //! Every threshold is a formula over the [`DeviceSpec`] and the period of the loop.
 //! [`SafetyLimits::explained`] lists values, formulas and reasons for the user.
 
-use Tighter::{Kept, Larger, Smaller};
+use TighterValue::{Kept, Larger, Smaller};
 
 use crate::acting::DELAY_MAX;
 use crate::device::{DeviceSpec, known_devices};
@@ -256,7 +256,7 @@ impl SafetyLimits {
 
 /// The tighter of two values of a threshold.
 #[derive(Clone, Copy)]
-enum Tighter {
+enum TighterValue {
     Smaller,
     Larger,
     /// The value is no threshold.
@@ -265,7 +265,7 @@ enum Tighter {
 
 /// A threshold: its name, its tighter value, its place in [`SafetyLimits`], its unit and its
 /// reason.
-type Line = (&'static str, Tighter, fn(&mut SafetyLimits) -> &mut f64, &'static str, &'static str);
+type Line = (&'static str, TighterValue, fn(&mut SafetyLimits) -> &mut f64, &'static str, &'static str);
 
 /// All thresholds.
 const LINES: [Line; 27] = [

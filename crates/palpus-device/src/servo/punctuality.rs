@@ -15,7 +15,7 @@ const LEAST: usize = 3;
 
 /// A tick in the window.
 #[derive(Clone, Copy, Debug, Default)]
-struct Made {
+struct WindowTick {
     /// Time of the tick's start, s.
     at: f64,
     late: bool,
@@ -25,7 +25,7 @@ struct Made {
 #[derive(Debug)]
 pub(super) struct Punctuality {
     /// Ring buffer.
-    ticks: Vec<Made>,
+    ticks: Vec<WindowTick>,
     oldest: usize,
     count: usize,
     late: usize,
@@ -39,7 +39,7 @@ impl Punctuality {
         // A loop that skips missed ticks makes at most one tick per period, plus one at each end of
         // the window.
         let room = (WINDOW / period).ceil() as usize + 2;
-        Self { ticks: vec![Made::default(); room], oldest: 0, count: 0, late: 0, now: 0.0 }
+        Self { ticks: vec![WindowTick::default(); room], oldest: 0, count: 0, late: 0, now: 0.0 }
     }
 
     /// Records the start of a tick, `elapsed` seconds after the previous tick.
@@ -51,7 +51,7 @@ impl Punctuality {
             self.count -= 1;
         }
         let newest = (self.oldest + self.count) % self.ticks.len();
-        self.ticks[newest] = Made { at: self.now, late: false };
+        self.ticks[newest] = WindowTick { at: self.now, late: false };
         self.count += 1;
     }
 

@@ -1,8 +1,8 @@
 //! The functions of 3D Systems' HDAPI that palpus calls, and the callback from its thread.
 //!
-//! The library runs a thread a thousand times per second. This thread calls [`Servant::serve`],
-//! through a function that catches every panic. Unwinding into C code would end the process while
-//! the force is on.
+//! The library runs a thread a thousand times per second. This thread calls
+//! [`TurnCallbacks::serve`], through a function that catches every panic. Unwinding into C code
+//! would end the process while the force is on.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -201,63 +201,63 @@ impl Hd {
 }
 
 /// Callbacks from the library's thread.
-pub(crate) trait Servant: Send + 'static {
+pub(crate) trait TurnCallbacks: Send + 'static {
     /// Does the work of one turn. Returns false if this was the last turn.
     fn serve(&mut self) -> bool;
 
     /// Sets the force to zero after a turn has panicked. No other call follows.
     fn panicked(&mut self);
 
-    /// Returns a flag that is set after the last call has returned. From then on the servant may be
-    /// dropped.
+    /// Returns a flag that is set after the last call has returned. From then on the callbacks may
+    /// be dropped.
     fn ended(&self) -> Arc<AtomicBool>;
 }
 
-/// A servant that the library's thread calls until it is dismissed.
-pub(crate) struct Scheduled<S: Servant> {
+/// Callbacks that the library's thread calls until they are dismissed.
+pub(crate) struct Scheduled<S: TurnCallbacks> {
     api: Arc<Hd>,
     handle: c_ulong,
-    servant: *mut S,
+    callbacks: *mut S,
 }
 
 // SAFETY: this side uses the pointer only after the library's thread has made its last call.
-unsafe impl<S: Servant> Send for Scheduled<S> {}
+unsafe impl<S: TurnCallbacks> Send for Scheduled<S> {}
 
-impl<S: Servant> Scheduled<S> {
-    /// Starts the calls of `servant`, from the next turn of the scheduler on.
-    pub(crate) fn new(api: Arc<Hd>, servant: S) -> Self {
-        let servant = Box::into_raw(Box::new(servant));
-        // SAFETY: the function has the type that the library calls. The servant lives until
+impl<S: TurnCallbacks> Scheduled<S> {
+    /// Starts the calls of `callbacks`, from the next turn of the scheduler on.
+    pub(crate) fn new(api: Arc<Hd>, callbacks: S) -> Self {
+        let callbacks = Box::into_raw(Box::new(callbacks));
+        // SAFETY: the function has the type that the library calls. The callbacks live until
         // `dismiss`, or until the process ends.
-        let handle = unsafe { (api.schedule)(turn::<S>, servant.cast(), HIGHEST_PRIORITY) };
-        Self { api, handle, servant }
+        let handle = unsafe { (api.schedule)(turn::<S>, callbacks.cast(), HIGHEST_PRIORITY) };
+        Self { api, handle, callbacks }
     }
 
-    /// Ends the calls of the servant. `is_done` means that its last turn has returned, or that it
-    /// never had a turn because the scheduler does not run. Otherwise its memory is leaked on
+    /// Ends the calls of the callbacks. `is_done` means that their last turn has returned, or that
+    /// there was no turn because the scheduler does not run. Otherwise their memory is leaked on
     /// purpose, because the library's thread may still use it.
     pub(crate) fn dismiss(self, is_done: bool) {
         // SAFETY: the handle is what `schedule` returned.
         unsafe { (self.api.unschedule)(self.handle) };
         if is_done {
-            // SAFETY: the pointer is from `Box::into_raw`, and the servant is no longer called.
-            drop(unsafe { Box::from_raw(self.servant) });
+            // SAFETY: the pointer is from `Box::into_raw`, and the callbacks are no longer called.
+            drop(unsafe { Box::from_raw(self.callbacks) });
         }
     }
 }
 
-unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
+unsafe extern "system" fn turn<S: TurnCallbacks>(data: *mut c_void) -> c_uint {
     // SAFETY: the pointer is from `Scheduled::new` and is valid until after the turn that returns
     // `DONE`. Only one thread calls at a time.
-    let servant = unsafe { &mut *data.cast::<S>() };
-    match catch_unwind(AssertUnwindSafe(|| servant.serve())) {
+    let callbacks = unsafe { &mut *data.cast::<S>() };
+    match catch_unwind(AssertUnwindSafe(|| callbacks.serve())) {
         Ok(true) => return CONTINUE,
         Ok(false) => {}
         // There is no caller to report to. The loop notices that no more states arrive.
-        Err(_) => _ = catch_unwind(AssertUnwindSafe(|| servant.panicked())),
+        Err(_) => _ = catch_unwind(AssertUnwindSafe(|| callbacks.panicked())),
     }
-    // The flag outlives the servant. The servant is not used after the flag is set.
-    let ended = servant.ended();
+    // The flag outlives the callbacks. The callbacks are not used after the flag is set.
+    let ended = callbacks.ended();
     ended.store(true, Ordering::Release);
     DONE
 }
@@ -274,7 +274,7 @@ mod tests {
         turns: u32,
     }
 
-    impl Servant for Witness {
+    impl TurnCallbacks for Witness {
         fn serve(&mut self) -> bool {
             self.turns += 1;
             self.seen.push(self.ended.load(Ordering::Acquire));

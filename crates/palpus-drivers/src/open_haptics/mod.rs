@@ -1,8 +1,8 @@
 //! 3D Systems' Touch, Touch X and Phantom, through OpenHaptics' HDAPI.
 //!
-//! HDAPI runs the device's thread at 1000 Hz. That thread ([`servant`]) puts the newest state into
-//! one slot and takes the newest wrench from another. Neither side ever waits. So a wrench takes
-//! effect up to a millisecond after it was written, and states arrive at the rate of HDAPI's
+//! HDAPI runs the device's thread at 1000 Hz. That thread ([`callbacks`]) puts the newest state
+//! into one slot and takes the newest wrench from another. Neither side ever waits. So a wrench
+//! takes effect up to a millisecond after it was written, and states arrive at the rate of HDAPI's
 //! thread.
 //!
 //! 1. A device is opened by name. If the user gives no name, the driver is first asked for its
@@ -25,9 +25,9 @@
 //! already open, the scheduler pauses while another device is opened or closed. No device applies a
 //! force during that time. Each device has a separate callback.
 
+mod callbacks;
 mod errors;
 mod model;
-mod servant;
 
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -41,8 +41,8 @@ use palpus_device::{
 use crate::error::DriverError;
 use crate::ffi::hd::{Hd, Scheduled};
 use crate::library::{Known, Place};
+use callbacks::{Command, Sample, Shared, Touch};
 use model::spec;
-use servant::{Command, Sample, Shared, Touch};
 
 /// Numbers of HDAPI's parameters and capabilities.
 mod number {
@@ -154,7 +154,7 @@ pub struct OpenHaptics {
     commands: Publisher<Command>,
     samples: Newest<Sample>,
     scheduled: Option<Scheduled<Touch>>,
-    /// Number of the last gap that was reported to the loop; [`servant`] describes gaps.
+    /// Number of the last gap that was reported to the loop; [`callbacks`] describes gaps.
     gap: u64,
     /// Number of turns with an outdated wrench, up to the last write.
     stale: u64,
@@ -169,7 +169,7 @@ impl OpenHaptics {
     /// error says how to fix the problem.
     pub fn open(options: &OpenHapticsOptions) -> Result<Self, DriverError> {
         let api = Arc::new(Hd::of(LIBRARY.open(&options.library)?, TOO_OLD)?);
-        let mut standing = Standing::begin(&api)?;
+        let mut standing = PausedScheduler::begin(&api)?;
         let handle = init(&api, options.device.as_deref())?;
         if standing.called.open.contains(&handle) {
             let mend = "choose another one: --device openhaptics#NAME, with its name in the maker's Touch Setup";
@@ -210,7 +210,7 @@ impl OpenHaptics {
     /// As [`OpenHaptics::open`]. Also fails while another device is open.
     pub fn look(library: &Place) -> Result<DeviceSpec, DriverError> {
         let api = Arc::new(Hd::of(LIBRARY.open(library)?, TOO_OLD)?);
-        let standing = Standing::begin(&api)?;
+        let standing = PausedScheduler::begin(&api)?;
         if !standing.called.open.is_empty() {
             return Err(no_device("this program already uses an OpenHaptics device", "close it first"));
         }
@@ -291,7 +291,7 @@ impl HapticDevice for OpenHaptics {
 
     /// HDAPI's thread applies zero if the loop does not write.
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
-        let after = Duration::from_secs_f64(servant::STALE);
+        let after = Duration::from_secs_f64(callbacks::STALE);
         Some(OwnWatchdog { after, has_bitten: self.shared.stale() > self.stale })
     }
 }
@@ -316,12 +316,12 @@ impl Drop for OpenHaptics {
 
 /// Exclusive access to HDAPI's paused scheduler. When this value is dropped, the scheduler
 /// continues if there is a device to call.
-struct Standing {
+struct PausedScheduler {
     api: Arc<Hd>,
     called: MutexGuard<'static, Called>,
 }
 
-impl Standing {
+impl PausedScheduler {
     fn begin(api: &Arc<Hd>) -> Result<Self, DriverError> {
         let mut called = SCHEDULER.lock().unwrap_or_else(PoisonError::into_inner);
         if called.open.is_empty() {
@@ -336,7 +336,7 @@ impl Standing {
     }
 }
 
-impl Drop for Standing {
+impl Drop for PausedScheduler {
     fn drop(&mut self) {
         if !self.called.open.is_empty() {
             self.api.start();

@@ -97,7 +97,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let mut render = Settings::default();
     let mut coupling = read_coupling(&top, unit, &SceneCoupling::default())?;
     read_contact(&top, unit, &mut render, &mut coupling)?;
-    let usual = Usual { coupling, limits: render.limits, saturation: render.saturation };
+    let usual = ToolDefaults { coupling, limits: render.limits, saturation: render.saturation };
     let (usual, rate_hz) = read_device(&top, &["rate"], &usual)?;
     let read = |(tool, with_hand): &(Section<'_>, Section<'_>)| read_tool(tool, with_hand, unit, files, &usual);
     let mut others = sections.iter().map(read).collect::<Result<Vec<_>, _>>()?;
@@ -187,13 +187,13 @@ fn read_tool(
     with_hand: &Section<'_>,
     unit: f64,
     files: Files<'_>,
-    usual: &Usual,
+    usual: &ToolDefaults,
 ) -> Result<SceneTool, SceneError> {
     let body = read_body(tool, unit, files)?;
     let grip = tool.vector("grip")?.map(|grip| DVec3::from_array(grip.into_inner()) * unit);
     let hand = read_hand(with_hand, unit, files)?;
     let coupling = read_coupling(tool, unit, &usual.coupling)?;
-    let Usual { limits, saturation, .. } = read_device(tool, &[], usual)?.0;
+    let ToolDefaults { limits, saturation, .. } = read_device(tool, &[], usual)?.0;
     Ok(SceneTool { body, grip, hand, coupling, limits, saturation })
 }
 
@@ -328,7 +328,7 @@ fn read_material(contact: &Section<'_>) -> Result<Option<Material>, SceneError> 
 }
 
 /// Values for tools whose tables do not set them.
-struct Usual {
+struct ToolDefaults {
     coupling: SceneCoupling,
     limits: Limits,
     saturation: Saturation,
@@ -365,7 +365,7 @@ const SATURATIONS: [(&str, Saturation); 3] =
 
 /// Reads the table `device` and, if `more` contains that key, the rate of the loop in Hz. Missing
 /// values are taken from `usual`.
-fn read_device(top: &Section<'_>, more: &[&str], usual: &Usual) -> Result<(Usual, f64), SceneError> {
+fn read_device(top: &Section<'_>, more: &[&str], usual: &ToolDefaults) -> Result<(ToolDefaults, f64), SceneError> {
     let device = top.section("device", &[&["force_limit", "torque_limit", "saturation"], more].concat())?;
     let limits = Limits {
         force: device.number("force_limit", "0 or greater N", |x| x >= 0.0)?.unwrap_or(usual.limits.force),
@@ -373,7 +373,7 @@ fn read_device(top: &Section<'_>, more: &[&str], usual: &Usual) -> Result<(Usual
     };
     let saturation = device.choice("saturation", &SATURATIONS)?.unwrap_or(usual.saturation);
     let rate_hz = device.number("rate", "from 1 to 100000 Hz", |x| (1.0..=1e5).contains(&x))?;
-    Ok((Usual { limits, saturation, ..*usual }, rate_hz.unwrap_or(RATE_HZ)))
+    Ok((ToolDefaults { limits, saturation, ..*usual }, rate_hz.unwrap_or(RATE_HZ)))
 }
 
 fn read_hand(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneHand, SceneError> {

@@ -180,8 +180,8 @@ impl<'p> Facet<'p> {
             start_a = self.a.highest(cso.a, cso.pose_ba.inverse_vector(along));
             start_b = self.b.highest(cso.b, -along);
         }
-        let mut a = Lap::new(&self.a, start_a, -1, |v| cso.point_a(v));
-        let mut b = Lap::new(&self.b, start_b, 1, |v| cso.b.vertex(v));
+        let mut a = CornerWalk::new(&self.a, start_a, -1, |v| cso.point_a(v));
+        let mut b = CornerWalk::new(&self.b, start_b, 1, |v| cso.b.vertex(v));
         while a.left > 0 || b.left > 0 {
             let c = b.point - a.point;
             let turn_by_a = b.left == 0 || a.left > 0 && self.normal.dot(a.edge().cross(b.edge())) < 0.0;
@@ -194,7 +194,7 @@ impl<'p> Facet<'p> {
 }
 
 /// A walk once around the corners of a flush feature.
-struct Lap<'l, 'p, P> {
+struct CornerWalk<'l, 'p, P> {
     flush: &'l Flush<'p>,
     place: P,
     /// Index of the next corner, and the increment to the corner after it (forwards or backwards).
@@ -205,7 +205,7 @@ struct Lap<'l, 'p, P> {
     next: DVec3,
 }
 
-impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
+impl<'l, 'p, P: Fn(u32) -> DVec3> CornerWalk<'l, 'p, P> {
     fn new(flush: &'l Flush<'p>, start: usize, direction: isize, place: P) -> Self {
         let step = if direction < 0 { flush.count - 1 } else { 1 };
         let index = start + step;

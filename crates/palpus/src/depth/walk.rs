@@ -46,7 +46,7 @@ use crate::algebra::tolerance::{
 };
 use crate::collision::StopReason;
 use hub_test::{Doubt, HubTest};
-use spokes::{Lowest, Met, Spokes};
+use spokes::{Lowest, Spokes, StopFacet};
 use view::{View, farthest_side};
 
 /// End of a walk.
@@ -104,8 +104,8 @@ pub(super) fn walk(cso: &Cso<'_>, antipodal: Antipodal, overlays: Option<&mut Ov
     for _ in 0..WALK_STEPS {
         let bar = walked.corner.offset - downhill.decrease;
         match downhill.leave(overlays, &doubt, bar)? {
-            Left::Lower(next) => walked = Walked { steps: walked.steps + 1 + next.steps, ..next },
-            Left::Nowhere => return Some(walked),
+            OverlayResult::Lower(next) => walked = Walked { steps: walked.steps + 1 + next.steps, ..next },
+            OverlayResult::Nowhere => return Some(walked),
         }
         doubt = downhill.test_hubs(&walked.corner);
     }
@@ -121,7 +121,7 @@ pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
 }
 
 /// A facet and the data known from its construction.
-struct Here {
+struct KnownFacet {
     corner: Corner,
     /// True if the features support the normal, within the accuracy of their face planes.
     supported: bool,
@@ -140,7 +140,7 @@ fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
 }
 
 /// Result of the overlays around a facet.
-enum Left {
+enum OverlayResult {
     /// The end of a walk from a lower facet.
     Lower(Walked),
     /// No facet is lower.
@@ -148,7 +148,7 @@ enum Left {
 }
 
 /// Error: features are flush, or rounding makes the results inconsistent.
-struct Odd;
+struct InconsistentFeatures;
 
 struct Downhill<'d, 'p> {
     cso: &'d Cso<'p>,
@@ -175,7 +175,7 @@ impl Downhill<'_, '_> {
     /// offset, computes it again with true supports. `None` if the facet does not support its
     /// normal.
     #[inline]
-    fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
+    fn end(&self, here: &KnownFacet, steps: u32) -> Option<Walked> {
         let Cso { a, b, .. } = *self.cso;
         let crisp = here.supported && !(a.is_rough() || b.is_rough());
         let corner = if crisp { here.corner } else { measured(self.cso, &here.corner) };
@@ -184,12 +184,14 @@ impl Downhill<'_, '_> {
     }
 
     /// Moves from a facet to its lowest neighbour, again and again, until no neighbour is lower.
-    fn descend(&self, mut here: Here) -> Option<Walked> {
+    fn descend(&self, mut here: KnownFacet) -> Option<Walked> {
         for steps in 0..WALK_STEPS {
             match self.lower_neighbour(&here.corner) {
-                Ok(Some(corner)) => here = Here { corner, supported: false, alone: false },
+                Ok(Some(corner)) => here = KnownFacet { corner, supported: false, alone: false },
                 Ok(None) => return self.end(&here, steps),
-                Err(Odd) => return self.is_lowest(&here.corner).then(|| self.end(&here, steps)).flatten(),
+                Err(InconsistentFeatures) => {
+                    return self.is_lowest(&here.corner).then(|| self.end(&here, steps)).flatten();
+                }
             }
         }
         None
@@ -201,21 +203,21 @@ impl Downhill<'_, '_> {
     /// Merged faces are flat only within a tolerance. So the end of a walk, which is measured, may
     /// be higher than the facet at which the walk started. Then it does not count, or the walk
     /// would return to it again and again.
-    fn leave(&self, overlays: &mut Overlays, doubt: &Doubt, bar: f64) -> Option<Left> {
+    fn leave(&self, overlays: &mut Overlays, doubt: &Doubt, bar: f64) -> Option<OverlayResult> {
         for &hub in doubt.hubs() {
             if let Some(corner) = overlays.lower(self.cso, hub, bar) {
-                let next = self.descend(Here { corner, supported: false, alone: false })?;
+                let next = self.descend(KnownFacet { corner, supported: false, alone: false })?;
                 if next.corner.offset < bar {
-                    return Some(Left::Lower(next));
+                    return Some(OverlayResult::Lower(next));
                 }
             }
         }
-        Some(Left::Nowhere)
+        Some(OverlayResult::Nowhere)
     }
 
     /// Returns the facet of `antipodal` at this pose. The features come from an earlier pose.
     #[inline]
-    fn set_up(&self, antipodal: Antipodal) -> Option<Here> {
+    fn set_up(&self, antipodal: Antipodal) -> Option<KnownFacet> {
         let Cso { a, b, .. } = *self.cso;
         let (vertices_a, vertices_b) = (a.vertices().len() as u32, b.vertices().len() as u32);
         match antipodal {
@@ -234,7 +236,7 @@ impl Downhill<'_, '_> {
 
     /// Returns the facet of face `f` of p and the vertex of q that supports the face's normal. The
     /// climb to this vertex starts at `w`.
-    fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Here {
+    fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> KnownFacet {
         let normal = view.p.plane(f).normal;
         let (w, height, next) = view.q.climb_apart(w, view.facing(normal));
         let v = view.p.face_vertices(f).at(0);
@@ -243,12 +245,12 @@ impl Downhill<'_, '_> {
         // No edge is longer than twice the radius. The bound is doubled for rounding.
         let alone = height - next > 4.0 * FLUSH_WITNESS * view.q.radius();
         let corner = Corner { normal, offset, antipodal: view.face(f, w), hub: view.hub(v, w) };
-        Here { corner, supported: true, alone }
+        KnownFacet { corner, supported: true, alone }
     }
 
     /// Returns the facet of two edges if they cross on the Gauss map. Otherwise returns the
     /// facet of the lowest face beside them. `None` if the edges are parallel.
-    fn on_edges(&self, e: u32, g: u32) -> Option<Here> {
+    fn on_edges(&self, e: u32, g: u32) -> Option<KnownFacet> {
         let Cso { a, b, pose_ba } = *self.cso;
         let (edge_a, edge_b) = (a.edge(e), b.edge(g));
         let along_a = pose_ba.vector(a.vertex(edge_a.head) - a.vertex(edge_a.tail));
@@ -270,7 +272,7 @@ impl Downhill<'_, '_> {
             // the angle. The angle is doubled for rounding.
             let flush = 1.0 - 2.0 * FLUSH_WITNESS * FLUSH_WITNESS;
             let alone = normals_a.iter().chain(&normals_b).all(|n| n.dot(normal) < flush);
-            return Some(Here { corner, supported: true, alone });
+            return Some(KnownFacet { corner, supported: true, alone });
         }
         let scores = [normals_b[0], normals_b[1], normals_a[0], normals_a[1]].map(|n| n.dot(c));
         let least = (1..4).fold(0, |least, k| if scores[k] < scores[least] { k } else { least });
@@ -283,7 +285,7 @@ impl Downhill<'_, '_> {
     }
 
     /// Returns the lowest facet across a side of the current facet. `None` if no facet is lower.
-    fn lower_neighbour(&self, here: &Corner) -> Result<Option<Corner>, Odd> {
+    fn lower_neighbour(&self, here: &Corner) -> Result<Option<Corner>, InconsistentFeatures> {
         let mut lowest = Lowest { bar: here.offset - self.decrease, met: None };
         match here.antipodal {
             Antipodal::VertexFace { a: v, b: f } => self.around_face(&self.on_b(), f, v, &mut lowest)?,
@@ -300,7 +302,7 @@ impl Downhill<'_, '_> {
     /// Tests the facets across the sides of face `f` of p. The plane turns about each side while
     /// vertex `w` of q supports it.
     #[inline]
-    fn around_face(&self, view: &View<'_>, f: u32, w: u32, lowest: &mut Lowest) -> Result<(), Odd> {
+    fn around_face(&self, view: &View<'_>, f: u32, w: u32, lowest: &mut Lowest) -> Result<(), InconsistentFeatures> {
         let normal = view.p.plane(f).normal;
         let (corners, edges) = (view.p.face_vertices(f), view.p.face_edges(f));
         let origin = view.q_in_p.point(view.q.vertex(w));
@@ -332,7 +334,14 @@ impl Downhill<'_, '_> {
     /// Tests both directions from an edge pair along the arc of edge `g` of p. In each direction,
     /// one end of edge `e` of q supports the plane.
     #[inline]
-    fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
+    fn around_edges(
+        &self,
+        view: &View<'_>,
+        g: u32,
+        e: u32,
+        normal: DVec3,
+        lowest: &mut Lowest,
+    ) -> Result<(), InconsistentFeatures> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
         let along = view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail);
         // True if the tail of `e` supports the plane toward the left face of `g`; then the head
@@ -367,9 +376,9 @@ impl Downhill<'_, '_> {
     }
 
     /// Returns the exact facet at which the turning plane stopped.
-    fn corner(&self, met: &Met) -> Result<Corner, Odd> {
+    fn corner(&self, met: &StopFacet) -> Result<Corner, InconsistentFeatures> {
         let Cso { a, b, pose_ba } = *self.cso;
-        let Met { antipodal, hub, normal } = *met;
+        let StopFacet { antipodal, hub, normal } = *met;
         let normal = match antipodal {
             Antipodal::EdgeEdge { a: e, b: g } => {
                 let (e, g) = (a.edge(e), b.edge(g));
@@ -377,7 +386,7 @@ impl Downhill<'_, '_> {
                 let along_b = b.vertex(g.head) - b.vertex(g.tail);
                 let across = along_a.cross(along_b);
                 let across = if across.dot(normal) < 0.0 { -across } else { across };
-                edge_normal(along_a, along_b, across).ok_or(Odd)?
+                edge_normal(along_a, along_b, across).ok_or(InconsistentFeatures)?
             }
             _ => normal,
         };

@@ -65,12 +65,12 @@ pub(super) struct Tool {
     pub(super) reach: Reach,
     anchor: Anchor,
     /// The coupling's spring and damper in the current step.
-    bond: Bond,
+    bond: CouplingTerms,
 }
 
 /// The coupling's terms of step 2.
 #[derive(Clone, Copy, Debug, Default)]
-struct Bond {
+struct CouplingTerms {
     /// Vector from the centre of mass to the grip, m.
     offset: DVec3,
     /// Vector from the tool's grip to the device's grip, m.
@@ -99,7 +99,7 @@ impl Tool {
             twist: Twist::default(),
             reach: Reach::new(radius(probe), coupling.contact_offset),
             anchor: Anchor::AT_GRIP,
-            bond: Bond::default(),
+            bond: CouplingTerms::default(),
         };
         tool.set(probe, coupling, settings);
         tool
@@ -164,7 +164,7 @@ impl Tool {
         self.bond.offset
     }
 
-    fn bond(&mut self, device: &ProbeState, pose: &Pose) -> Bond {
+    fn bond(&mut self, device: &ProbeState, pose: &Pose) -> CouplingTerms {
         let VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, .. } = self.coupling;
         let most_force = self.limits.force.min(self.available.force);
         // With a torque limit of 0, the hand feels no torque, but the tool must still be aligned.
@@ -173,7 +173,7 @@ impl Tool {
         let ahead = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);
         let stretch = self.anchor.stretch(ahead, most_force / stiffness);
         let turn = self.anchor.turn(pose.rotation, device.pose_ba.rotation, most_torque / angular_stiffness);
-        Bond {
+        CouplingTerms {
             offset: pose.vector(self.grip_a - self.center_a),
             stretch,
             turn,
@@ -209,7 +209,7 @@ impl Tool {
     }
 }
 
-impl Bond {
+impl CouplingTerms {
     /// Returns the coupling's wrench on the tool at the end of a step of `h` seconds with `twist`,
     /// about the grip.
     fn wrench(&self, twist: &Twist, h: f64) -> Wrench {

@@ -175,7 +175,7 @@ pub(super) const METHODS: [Entry; 10] = [
             let (a, b) = ground.bodies();
             let cluster_radius = ground.settings.cluster_radius;
             let settings = PredictedSettings { contact: contact(ground, tuning), cluster_radius, ..Default::default() };
-            Ok(Box::new(Other(Predicted::new(a, b, settings)?)))
+            Ok(Box::new(OtherMethod(Predicted::new(a, b, settings)?)))
         },
         ..PLAIN
     },
@@ -183,7 +183,7 @@ pub(super) const METHODS: [Entry; 10] = [
         name: "voxel",
         summary: "a point shell in a voxel map (the paper's [30])",
         is_costly: true,
-        build: |ground, tuning| Ok(Box::new(Other(Stiffer::new(ground, tuning)?))),
+        build: |ground, tuning| Ok(Box::new(OtherMethod(ScaledVoxelMap::new(ground, tuning)?))),
         ..PLAIN
     },
     Entry {
@@ -191,9 +191,9 @@ pub(super) const METHODS: [Entry; 10] = [
         summary: "the same behind an explicit virtual coupling, as in its paper",
         is_costly: true,
         build: |ground, tuning| {
-            let within = Stiffer::new(ground, tuning)?;
+            let within = ScaledVoxelMap::new(ground, tuning)?;
             let method = Coupled::new(within, &ground.probe, ground.settings.grip_a, CouplingSettings::default())?;
-            Ok(Box::new(Other(method)))
+            Ok(Box::new(OtherMethod(method)))
         },
         ..PLAIN
     },
@@ -202,7 +202,7 @@ pub(super) const METHODS: [Entry; 10] = [
         summary: "one contact of the expanding polytope algorithm for each pair of pieces, as with Coal",
         build: |ground, tuning| {
             let (a, b) = ground.bodies();
-            Ok(Box::new(Other(Epa::new(a, b, contact(ground, tuning))?)))
+            Ok(Box::new(OtherMethod(Epa::new(a, b, contact(ground, tuning))?)))
         },
         ..PLAIN
     },
@@ -252,9 +252,9 @@ fn felt(tick: &Tick) -> FeltTick {
 }
 
 /// A method of other authors.
-struct Other<B>(B);
+struct OtherMethod<B>(B);
 
-impl<B: Baseline> Method for Other<B> {
+impl<B: Baseline> Method for OtherMethod<B> {
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
         let Felt { wrench, deepest, .. } = self.0.step(&probe.pose_ba, &probe.twist, dt);
         FeltTick { wrench, separation: deepest, shown: probe.pose_ba }
@@ -263,19 +263,19 @@ impl<B: Baseline> Method for Other<B> {
 
 /// Scales the voxel map to another stiffness. Making the map is slow, and its forces are linear in
 /// the stiffness.
-struct Stiffer {
+struct ScaledVoxelMap {
     voxels: Voxel,
     factor: f64,
 }
 
-impl Stiffer {
+impl ScaledVoxelMap {
     fn new(ground: &Ground, tuning: &Tuning) -> anyhow::Result<Self> {
         let made_for = ground.settings.stiffness;
         Ok(Self { voxels: ground.voxels()?, factor: tuning.stiffness.unwrap_or(made_for) / made_for })
     }
 }
 
-impl Baseline for Stiffer {
+impl Baseline for ScaledVoxelMap {
     fn name(&self) -> &'static str {
         self.voxels.name()
     }

@@ -225,11 +225,12 @@ impl Springs {
 
     /// Returns the wrench about the grip with which true contacts support the tool.
     fn balance(&self, truth: &Truth, contact_offset: f64, probe: &ProbeState) -> Wrench {
-        let mut tool = Leaning::default();
+        let mut tool = ToolDisplacement::default();
         let mut wrench = Wrench::ZERO;
         for _ in 0..LINEARISED {
             wrench = self.solved(self.rows(truth.supports(&tool.pose(self, probe)), contact_offset, probe, &tool));
-            tool = Leaning { shift: wrench.force / self.stiffness, turn: wrench.torque / self.angular_stiffness };
+            tool =
+                ToolDisplacement { shift: wrench.force / self.stiffness, turn: wrench.torque / self.angular_stiffness };
         }
         wrench
     }
@@ -239,12 +240,13 @@ impl Springs {
     fn balance_near(&self, law: &Refined, contact_offset: f64, probe: &ProbeState, start: &Pose) -> Option<Wrench> {
         let hand = &probe.pose_ba;
         let shift = start.point(self.grip_a) - hand.point(self.grip_a);
-        let mut tool = Leaning { shift, turn: rotation_between(hand.rotation, start.rotation) };
+        let mut tool = ToolDisplacement { shift, turn: rotation_between(hand.rotation, start.rotation) };
         let mut last = Wrench::ZERO;
         for k in 0..LINEARISED_NEAR {
             let contacts = law.supports(&tool.pose(self, probe), REACH);
             let wrench = self.solved(self.rows(contacts, contact_offset, probe, &tool));
-            let next = Leaning { shift: wrench.force / self.stiffness, turn: wrench.torque / self.angular_stiffness };
+            let next =
+                ToolDisplacement { shift: wrench.force / self.stiffness, turn: wrench.torque / self.angular_stiffness };
             let way = (next.shift - tool.shift).length();
             let change = wrench.force.distance(last.force);
             if k > 0 && way < REACH && change < ENDED * wrench.force.length() + ENDED_FORCE {
@@ -263,7 +265,7 @@ impl Springs {
         contacts: impl IntoIterator<Item = TrueContact>,
         contact_offset: f64,
         probe: &ProbeState,
-        tool: &Leaning,
+        tool: &ToolDisplacement,
     ) -> Vec<Row> {
         let grip = probe.pose_ba.point(self.grip_a) + tool.shift;
         let row = |contact: TrueContact| {
@@ -295,14 +297,14 @@ impl Springs {
 
 /// Displacement of the tool from the hand.
 #[derive(Clone, Copy, Default)]
-struct Leaning {
+struct ToolDisplacement {
     /// Translation of the grip, m.
     shift: DVec3,
     /// Rotation vector, rad.
     turn: DVec3,
 }
 
-impl Leaning {
+impl ToolDisplacement {
     fn pose(&self, springs: &Springs, probe: &ProbeState) -> Pose {
         let hand = &probe.pose_ba;
         let rotation = DQuat::from_scaled_axis(self.turn) * hand.rotation;

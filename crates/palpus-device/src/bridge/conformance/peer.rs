@@ -7,7 +7,7 @@ use palpus::algebra::Wrench;
 use crate::bridge::frame::{self, Body, Command, Frame, LONGEST, State, Welcome};
 use crate::bridge::listener::gone;
 use crate::bridge::session::{BUFFER, Session};
-use crate::bridge::socket::Heard;
+use crate::bridge::socket::Received;
 use crate::bridge::{BridgeAddress, BridgeError, USUAL_RATE};
 
 /// If no state arrives for this time, the driver counts as stopped.
@@ -67,7 +67,7 @@ impl Peer {
         let (begun, mut buffer) = (Instant::now(), BUFFER);
         while begun.elapsed() < patience {
             let heard = self.session.socket.receive(&mut buffer).map_err(|error| self.lost(gone(&error)))?;
-            let Heard::Frame(length) = heard else { continue };
+            let Received::Frame(length) = heard else { continue };
             match frame::decode(&buffer[..length]) {
                 Ok(Frame { nonce, sequence, body: Body::State(state) }) if nonce == self.session.nonce => {
                     return Ok(Some(Numbered { sequence, state }));

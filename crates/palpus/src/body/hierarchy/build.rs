@@ -30,16 +30,16 @@ impl Hierarchy {
         if pieces.is_empty() {
             return Err(HierarchyError::Empty);
         }
-        let maker = Maker { pieces, coplanar };
+        let builder = HierarchyBuilder { pieces, coplanar };
         let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
-        let crown = Crown::cut(&maker, &mut order, workers);
+        let upper = UpperLevels::cut(&builder, &mut order, workers);
         progress(CUT_SHARE);
         let subtrees =
-            crown.subtrees(&maker, &order, workers, &mut |done| progress(CUT_SHARE + SUBTREE_SHARE * done))?;
-        let hulls = crown.hulls(&maker, &order, &subtrees, workers, &mut |done| {
+            upper.subtrees(&builder, &order, workers, &mut |done| progress(CUT_SHARE + SUBTREE_SHARE * done))?;
+        let hulls = upper.hulls(&builder, &order, &subtrees, workers, &mut |done| {
             progress(CUT_SHARE + SUBTREE_SHARE + (1.0 - CUT_SHARE - SUBTREE_SHARE) * done);
         })?;
-        let tree = crown.join(pieces.len(), subtrees, hulls);
+        let tree = upper.join(pieces.len(), subtrees, hulls);
         debug_assert_eq!(tree.validate(pieces, coplanar), Ok(()));
         Ok(tree)
     }
@@ -52,7 +52,7 @@ const SUBTREE_SHARE: f64 = 0.65;
 
 /// The top of the tree. A part with too many pieces for one worker is split into two parts. One
 /// worker builds each of the other parts as a subtree.
-struct Crown {
+struct UpperLevels {
     /// All parts, level by level from the root.
     parts: Vec<Part>,
     /// Index of each level's first part, and the index after the last part.
@@ -73,46 +73,46 @@ struct Volume {
     oriented_box: OrientedBox,
 }
 
-impl Crown {
+impl UpperLevels {
     /// Splits `order` until no part has more than [`tolerance::SUBTREE_PIECES`] pieces.
-    fn cut(maker: &Maker<'_>, order: &mut [u32], workers: &dyn Workers) -> Self {
-        let mut crown = Self { parts: vec![Part { range: 0..order.len(), halves: None }], levels: vec![0, 1] };
+    fn cut(builder: &HierarchyBuilder<'_>, order: &mut [u32], workers: &dyn Workers) -> Self {
+        let mut upper = Self { parts: vec![Part { range: 0..order.len(), halves: None }], levels: vec![0, 1] };
         let mut level = 0..1;
         loop {
-            let large = |&k: &usize| crown.parts[k].range.len() > tolerance::SUBTREE_PIECES;
+            let large = |&k: &usize| upper.parts[k].range.len() > tolerance::SUBTREE_PIECES;
             let cut: Vec<usize> = level.filter(large).collect();
             if cut.is_empty() {
-                return crown;
+                return upper;
             }
             let split = |k: usize| {
-                let mut sorted = order[crown.parts[cut[k]].range.clone()].to_vec();
-                let middle = maker.split(&mut sorted);
+                let mut sorted = order[upper.parts[cut[k]].range.clone()].to_vec();
+                let middle = builder.split(&mut sorted);
                 (sorted, middle)
             };
             for (part, (sorted, middle)) in cut.iter().zip(map_in_order(workers, cut.len(), 1, split, &mut |_| ())) {
-                let Range { start, end } = crown.parts[*part].range;
+                let Range { start, end } = upper.parts[*part].range;
                 order[start..end].copy_from_slice(&sorted);
-                let first = crown.parts.len();
-                crown.parts[*part].halves = Some([first, first + 1]);
-                crown.parts.push(Part { range: start..start + middle, halves: None });
-                crown.parts.push(Part { range: start + middle..end, halves: None });
+                let first = upper.parts.len();
+                upper.parts[*part].halves = Some([first, first + 1]);
+                upper.parts.push(Part { range: start..start + middle, halves: None });
+                upper.parts.push(Part { range: start + middle..end, halves: None });
             }
-            level = crown.levels[crown.levels.len() - 1]..crown.parts.len();
-            crown.levels.push(crown.parts.len());
+            level = upper.levels[upper.levels.len() - 1]..upper.parts.len();
+            upper.levels.push(upper.parts.len());
         }
     }
 
     /// Builds the tree of each part that was not split; `None` for the other parts.
     fn subtrees(
         &self,
-        maker: &Maker<'_>,
+        builder: &HierarchyBuilder<'_>,
         order: &[u32],
         workers: &dyn Workers,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Vec<Option<Subtree>>, HierarchyError> {
         let build = |k: usize| {
             let part = &self.parts[k];
-            part.halves.is_none().then(|| Subtree::over(maker, &mut order[part.range.clone()].to_vec())).transpose()
+            part.halves.is_none().then(|| Subtree::over(builder, &mut order[part.range.clone()].to_vec())).transpose()
         };
         map_in_order(workers, self.parts.len(), 1, build, progress).into_iter().collect()
     }
@@ -121,7 +121,7 @@ impl Crown {
     /// `None` for the other parts.
     fn hulls(
         &self,
-        maker: &Maker<'_>,
+        builder: &HierarchyBuilder<'_>,
         order: &[u32],
         subtrees: &[Option<Subtree>],
         workers: &dyn Workers,
@@ -131,13 +131,13 @@ impl Crown {
         for level in self.levels.windows(2).rev() {
             let polytope = |k: usize| match (&volumes[k], &subtrees[k]) {
                 (Some(volume), _) => Some(&volume.hull),
-                (None, Some(subtree)) => Some(subtree.polytope(maker, subtree.nodes.len() as u32 - 1)),
+                (None, Some(subtree)) => Some(subtree.polytope(builder, subtree.nodes.len() as u32 - 1)),
                 (None, None) => None,
             };
             let join = |k: usize| {
                 let Part { range, halves } = &self.parts[level[0] + k];
                 let [left, right] = (*halves)?.map(polytope);
-                Some(maker.volume(&order[range.clone()], left?, right?))
+                Some(builder.volume(&order[range.clone()], left?, right?))
             };
             let joined = map_in_order(workers, level[1] - level[0], 1, join, &mut |_| ());
             for (k, volume) in joined.into_iter().enumerate() {
@@ -189,26 +189,26 @@ struct Subtree {
 
 impl Subtree {
     /// Builds the tree over the pieces in `order`, which it reorders.
-    fn over(maker: &Maker<'_>, order: &mut [u32]) -> Result<Self, HierarchyError> {
+    fn over(builder: &HierarchyBuilder<'_>, order: &mut [u32]) -> Result<Self, HierarchyError> {
         let count = order.len();
         let mut tree =
             Self { nodes: Vec::with_capacity(2 * count - 1), hulls: Vec::with_capacity(count - 1), depth: 0 };
-        (_, tree.depth) = tree.grow(maker, order)?;
+        (_, tree.depth) = tree.grow(builder, order)?;
         Ok(tree)
     }
 
     /// Builds the nodes over `order`. Returns the index of the top node and the depth.
-    fn grow(&mut self, maker: &Maker<'_>, order: &mut [u32]) -> Result<(u32, usize), HierarchyError> {
+    fn grow(&mut self, builder: &HierarchyBuilder<'_>, order: &mut [u32]) -> Result<(u32, usize), HierarchyError> {
         if let [piece] = *order {
-            let (sphere, oriented_box) = bounds_of(&maker.pieces[piece as usize]);
+            let (sphere, oriented_box) = bounds_of(&builder.pieces[piece as usize]);
             self.nodes.push(Node { kind: NodeKind::Leaf { piece }, sphere, oriented_box, hull: u32::MAX });
             return Ok((self.nodes.len() as u32 - 1, 1));
         }
-        let middle = maker.split(order);
+        let middle = builder.split(order);
         let (first, second) = order.split_at_mut(middle);
-        let (left, left_depth) = self.grow(maker, first)?;
-        let (right, right_depth) = self.grow(maker, second)?;
-        let volume = maker.volume(order, self.polytope(maker, left), self.polytope(maker, right))?;
+        let (left, left_depth) = self.grow(builder, first)?;
+        let (right, right_depth) = self.grow(builder, second)?;
+        let volume = builder.volume(order, self.polytope(builder, left), self.polytope(builder, right))?;
         self.push(NodeKind::Inner { left, right }, volume);
         Ok((self.nodes.len() as u32 - 1, 1 + left_depth.max(right_depth)))
     }
@@ -233,22 +233,22 @@ impl Subtree {
         self.hulls.extend(other.hulls);
     }
 
-    fn polytope<'a>(&'a self, maker: &Maker<'a>, node: u32) -> &'a Polytope {
+    fn polytope<'a>(&'a self, builder: &HierarchyBuilder<'a>, node: u32) -> &'a Polytope {
         let node = &self.nodes[node as usize];
         match node.kind {
-            NodeKind::Leaf { piece } => &maker.pieces[piece as usize],
+            NodeKind::Leaf { piece } => &builder.pieces[piece as usize],
             NodeKind::Inner { .. } => &self.hulls[node.hull as usize],
         }
     }
 }
 
 /// The input data of the construction.
-struct Maker<'a> {
+struct HierarchyBuilder<'a> {
     pieces: &'a [Polytope],
     coplanar: f64,
 }
 
-impl Maker<'_> {
+impl HierarchyBuilder<'_> {
     /// Sorts the pieces along the direction of largest spread and returns where the second part
     /// begins.
     fn split(&self, order: &mut [u32]) -> usize {

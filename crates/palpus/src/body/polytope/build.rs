@@ -84,7 +84,7 @@ impl Polytope {
         }
         let topology = Topology { loop_starts, loop_vertices, loop_edges, edges };
         let original = |f: usize| provenance[f] == Provenance::Original;
-        let mut polytope = topology.assembled(&mut Room::default(), vertices, planes, original, false)?;
+        let mut polytope = topology.assembled(&mut AssemblyMemory::default(), vertices, planes, original, false)?;
         polytope.set_bulge(polytope.measured_bulge());
         Ok(polytope)
     }
@@ -130,7 +130,7 @@ impl Polytope {
         let (loop_starts, loop_vertices) = flattened(&loops);
         let topology = Topology { loop_starts, loop_vertices, loop_edges, edges };
         let original = |f: usize| f == 0 && front == Provenance::Original;
-        let mut polytope = topology.assembled(&mut Room::default(), vertices, planes, original, true)?;
+        let mut polytope = topology.assembled(&mut AssemblyMemory::default(), vertices, planes, original, true)?;
         polytope.set_bulge(polytope.measured_bulge());
         Ok(polytope)
     }
@@ -161,7 +161,7 @@ impl Polytope {
 #[derive(Debug, Default)]
 pub struct PolytopeRestorer {
     topology: Topology,
-    room: Room,
+    room: AssemblyMemory,
     originals: Vec<bool>,
     /// For each vertex, the last face in which it occurred.
     met: Vec<u32>,
@@ -260,7 +260,7 @@ struct Topology {
 
 /// Working memory of [`Topology::assembled`].
 #[derive(Debug, Default)]
-struct Room {
+struct AssemblyMemory {
     /// For each edge, the last corner at which the edge started in a loop.
     met: Vec<u32>,
     /// For each corner, the corner at which the same edge starts in the opposite direction.
@@ -278,7 +278,7 @@ impl Topology {
     /// Builds the polytope with this surface. The caller must set the bulge afterwards.
     fn assembled(
         &self,
-        room: &mut Room,
+        room: &mut AssemblyMemory,
         vertices: Vec<DVec3>,
         planes: Vec<Plane>,
         is_original: impl Fn(usize) -> bool,
@@ -305,10 +305,10 @@ impl Topology {
 
     /// Computes the first corner of each vertex, and for each corner the next corner around its
     /// vertex.
-    fn pair_corners(&self, room: &mut Room, vertices: usize) {
+    fn pair_corners(&self, room: &mut AssemblyMemory, vertices: usize) {
         const NONE: u32 = u32::MAX;
         let corners = self.loop_vertices.len();
-        let Room { met, twins, faces, onward, first, .. } = room;
+        let AssemblyMemory { met, twins, faces, onward, first, .. } = room;
         for (list, length) in [(&mut *met, self.edges.len()), (&mut *twins, corners), (&mut *first, vertices)] {
             list.clear();
             list.resize(length, NONE);
@@ -340,13 +340,13 @@ impl Topology {
     /// Writes all indices into one list.
     fn lists(
         &self,
-        room: &mut Room,
+        room: &mut AssemblyMemory,
         vertices: usize,
         faces: usize,
         is_original: impl Fn(usize) -> bool,
     ) -> Result<Lists, PolytopeError> {
         let corners = self.loop_vertices.len();
-        let Room { twins, faces: face_of, onward, first, all, .. } = room;
+        let AssemblyMemory { twins, faces: face_of, onward, first, all, .. } = room;
         all.clear();
         let ring_starts = self.loop_starts.len();
         let loops = ring_starts + vertices + 1;

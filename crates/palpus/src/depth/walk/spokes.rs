@@ -5,14 +5,14 @@ use glam::DVec3;
 
 use super::super::cso::below;
 use super::super::{Antipodal, HubPair};
-use super::Odd;
+use super::InconsistentFeatures;
 use super::view::View;
 use crate::algebra::tolerance::FLUSH_FACET;
 use crate::body::Polytope;
 
 /// The facet at which the turning plane stopped.
 #[derive(Clone, Copy)]
-pub(super) struct Met {
+pub(super) struct StopFacet {
     pub(super) antipodal: Antipodal,
     pub(super) hub: HubPair,
     /// Normal of the plane, from body b into body a, in b's frame; not a unit vector. For an edge
@@ -23,7 +23,7 @@ pub(super) struct Met {
 /// The lowest facet below the bar that was found so far.
 pub(super) struct Lowest {
     pub(super) bar: f64,
-    pub(super) met: Option<Met>,
+    pub(super) met: Option<StopFacet>,
 }
 
 /// The spokes of a vertex of q. All of them lie below the supporting plane, except the spoke
@@ -38,10 +38,15 @@ pub(super) struct Spokes {
 
 impl Spokes {
     /// Returns the spokes of vertex `w` relative to the plane with p's `normal`. The edge `within`
-    /// lies in that plane. Fails with `Odd` if the vertex does not support the plane, or if another
-    /// spoke is flush with it.
+    /// lies in that plane. Fails with `InconsistentFeatures` if the vertex does not support the
+    /// plane, or if another spoke is flush with it.
     #[inline]
-    pub(super) fn of(view: &View<'_>, w: u32, normal: DVec3, within: Option<u32>) -> Result<Self, Odd> {
+    pub(super) fn of(
+        view: &View<'_>,
+        w: u32,
+        normal: DVec3,
+        within: Option<u32>,
+    ) -> Result<Self, InconsistentFeatures> {
         let within = within.map_or(u32::MAX, |edge| side_of(view.q, edge));
         let (facing, at) = (view.facing(normal), view.q.vertex(w));
         for spoke in view.q.ring(w) {
@@ -49,7 +54,7 @@ impl Spokes {
             let height = facing.dot(along);
             let clear = height < 0.0 && height * height > FLUSH_FACET * FLUSH_FACET * along.length_squared();
             if !clear && side_of(view.q, spoke.edge) != within {
-                return Err(Odd);
+                return Err(InconsistentFeatures);
             }
         }
         Ok(Self { vertex: w, normal, within })
@@ -88,7 +93,7 @@ impl Spokes {
         if below(along, square, lowest.bar) {
             lowest.bar = along / square.sqrt();
             let normal = if view.p_is_a { view.facing(normal) } else { normal };
-            lowest.met = Some(Met { antipodal, hub: view.hub(corner, self.vertex), normal });
+            lowest.met = Some(StopFacet { antipodal, hub: view.hub(corner, self.vertex), normal });
         }
     }
 }

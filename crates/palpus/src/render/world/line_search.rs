@@ -16,7 +16,7 @@
 use std::ops::Range;
 
 use super::World;
-use super::object::Thing;
+use super::object::WorldBody;
 use super::pair::relative_twist;
 use super::settle::relative_to;
 use crate::algebra::Twist;
@@ -83,7 +83,7 @@ impl World {
         let touching = self.near.iter().map(|&k| &self.pairs[k as usize]).filter(|pair| pair.group == group);
         let given = touching.map(|pair| {
             let [a, b] = pair.bodies.map(|i| &self.things[i]);
-            let along = |thing: &Thing| if thing.part.is_moved { thing.part.residual } else { Twist::default() };
+            let along = |thing: &WorldBody| if thing.part.is_moved { thing.part.residual } else { Twist::default() };
             let step = relative_twist(&along(a), &along(b), a.center - b.center);
             pair.predicted_impulse(&relative_to(&self.things, pair.bodies), h).power(&step)
         });

@@ -83,7 +83,7 @@ use self::driven::Driven;
 use self::free::Free;
 use self::held::Held;
 use self::islands::Islands;
-use self::object::{Kind, Part, Role, Thing};
+use self::object::{Kind, Part, Role, WorldBody};
 use self::pair::{Pair, common, mirrored};
 use self::solve::BlockSystem;
 use super::{Settings, SettingsError, VirtualCoupling};
@@ -101,7 +101,7 @@ pub struct World {
     settings: Settings,
     /// m/s².
     gravity: DVec3,
-    things: Vec<Thing>,
+    things: Vec<WorldBody>,
     tools: Vec<Held>,
     pairs: Vec<Pair>,
     /// Index of the pair of bodies i > j, at i (i − 1) / 2 + j.
@@ -268,7 +268,7 @@ impl World {
     /// Sets the velocity of a free body (m/s and rad/s, of its centre of mass). Returns false if
     /// the body is not free, or if the velocity or its momentum is not finite.
     pub fn throw(&mut self, body: BodyId, twist: Twist) -> bool {
-        let Some(Thing { role: Role::Free(free), pose, .. }) = self.things.get_mut(body.0) else { return false };
+        let Some(WorldBody { role: Role::Free(free), pose, .. }) = self.things.get_mut(body.0) else { return false };
         let is_finite = twist.angular.is_finite() && twist.linear.is_finite();
         is_finite && free.set_twist(pose, &twist)
     }
@@ -352,7 +352,7 @@ impl World {
         let center = pose.point(body.mass().center_of_mass);
         let bounds = body.mesh().bounds();
         let radius = bounds.max.abs().max(bounds.min.abs()).length();
-        self.things.push(Thing {
+        self.things.push(WorldBody {
             radius,
             body,
             role,

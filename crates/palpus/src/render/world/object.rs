@@ -64,7 +64,7 @@ impl Object {
 
 /// A body of a world.
 #[derive(Clone, Debug)]
-pub(super) struct Thing {
+pub(super) struct WorldBody {
     pub(super) body: Arc<Body>,
     pub(super) role: Role,
     /// Largest distance of a point of the mesh from the frame's origin, m.
@@ -143,7 +143,7 @@ impl Part {
     }
 }
 
-impl Thing {
+impl WorldBody {
     pub(super) fn place(&self) -> Place<'_> {
         Place { body: &self.body, pose: self.pose, center: self.center, twist: self.twist }
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::free::Free;
 use super::held::Held;
-use super::object::{Role, Thing};
+use super::object::{Role, WorldBody};
 use super::pair::{Pair, relative_twist};
 use super::relax::Relaxation;
 use super::{NONE, World};
@@ -207,7 +207,7 @@ impl World {
         // All bodies of a group move the same fraction of the step, so contacts between them stay
         // consistent.
         let reach = |k: usize| {
-            let Thing { role, part, .. } = &self.things[self.islands.body(k)];
+            let WorldBody { role, part, .. } = &self.things[self.islands.body(k)];
             match role {
                 Role::Tool(tool) => self.tools[*tool].tool.reach.share(&part.twist, h),
                 Role::Free(free) => free.reach.share(&part.twist, h),
@@ -218,7 +218,7 @@ impl World {
         counters.bounded = u32::from(share < 1.0);
         self.counters.bounded += counters.bounded;
         for k in of {
-            let Thing { role, part, pose, center, body, .. } = &mut self.things[self.islands.body(k)];
+            let WorldBody { role, part, pose, center, body, .. } = &mut self.things[self.islands.body(k)];
             let twist = part.twist * share;
             match role {
                 Role::Tool(tool) => {
@@ -241,7 +241,7 @@ impl World {
     fn reset(&mut self, of: Range<usize>) {
         self.counters.reset += 1;
         for k in of {
-            let Thing { role, part, .. } = &mut self.things[self.islands.body(k)];
+            let WorldBody { role, part, .. } = &mut self.things[self.islands.body(k)];
             part.twist = Twist::default();
             match role {
                 Role::Tool(tool) => self.tools[*tool].reset(),
@@ -254,8 +254,8 @@ impl World {
 
 /// Returns the velocity of the first body relative to the second body at the end of the step, about
 /// the first body's centre of mass.
-pub(super) fn relative_to(things: &[Thing], [a, b]: [usize; 2]) -> Twist {
+pub(super) fn relative_to(things: &[WorldBody], [a, b]: [usize; 2]) -> Twist {
     let [a, b] = [&things[a], &things[b]];
-    let known = |thing: &Thing| if thing.part.is_moved { thing.part.twist } else { thing.twist };
+    let known = |thing: &WorldBody| if thing.part.is_moved { thing.part.twist } else { thing.twist };
     relative_twist(&known(a), &known(b), a.center - b.center)
 }

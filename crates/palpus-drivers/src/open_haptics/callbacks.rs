@@ -28,7 +28,7 @@ use palpus_device::{Brake, BrakeFlag, DeviceState, Newest, Publisher, SafetyLimi
 
 use super::{ERRORS_AT_A_TIME, ForceErrors, MILLI, errors, number};
 use crate::axes::Axes;
-use crate::ffi::hd::{Hd, Servant};
+use crate::ffi::hd::{Hd, TurnCallbacks};
 
 /// Maximum age of a wrench that is applied, s. The limit allows four late ticks of a loop at 1 kHz.
 /// In that time the largest force of a Touch moves a light hand by 0.2 mm.
@@ -277,7 +277,7 @@ impl Touch {
     }
 }
 
-impl Servant for Touch {
+impl TurnCallbacks for Touch {
     fn serve(&mut self) -> bool {
         let is_last = self.shared.ending.load(Ordering::Acquire);
         // The previous turn may have been for another device.
