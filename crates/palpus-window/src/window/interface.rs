@@ -312,7 +312,7 @@ impl<'a> Interface<'a> {
         if self.run.can_guide() && !self.was_taken && self.beside.is_none() && self.handles.moves == Moves::Nothing {
             overlay::hint(ui, &area, &self.view, &self.scene, &self.style, &values);
         }
-        overlay::messages(ui, area.rect, self.run, &self.notices);
+        overlay::messages(ui, area.rect, legend.as_ref(), self.run, &self.notices);
         if ui.input(|input| !input.raw.hovered_files.is_empty()) {
             overlay::drop_here(ui, area.rect, &self.style);
         }

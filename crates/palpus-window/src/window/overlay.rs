@@ -254,9 +254,11 @@ const MOST_HINTED: usize = 3000;
 /// Text of the hint.
 const HINT: &str = "drag me";
 
-/// Draws progress and messages at the bottom.
-pub(super) fn messages(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
-    let mut bottom = rect.bottom() - MARGIN;
+/// Draws progress and messages at the bottom, beside a legend in a column and above a legend in
+/// rows.
+pub(super) fn messages(ui: &mut Ui, rect: Rect, legend: Option<&Legend>, run: &mut dyn Run, notices: &Notices) {
+    let rows = legend.map(|legend| legend.plate).filter(|_| rect.width() < NARROW);
+    let mut bottom = rows.map_or(rect.bottom(), |plate| plate.top()) - MARGIN;
     if let Some((words, is_error)) = notices.now() {
         let ink = if is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
         let height = card(ui, rect, bottom, |ui| {
@@ -284,9 +286,10 @@ fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) ->
     };
     let response =
         egui::Area::new(id).fixed_pos(pos2(left, bottom)).pivot(pivot).constrain_to(rect).show(ui.ctx(), |ui| {
-            // The legend at the left and the scale at the right stay visible.
+            // The legend at the left and the scale and the compass at the right stay visible.
             let is_low = rect.height() < LOW;
-            ui.set_max_width(rect.width() - if is_low { MARGIN + BESIDE } else { 2.0 * BESIDE_CARD });
+            let beside = if rect.width() < NARROW { BESIDE } else { 2.0 * BESIDE_CARD };
+            ui.set_max_width(rect.width() - if is_low { MARGIN + BESIDE } else { beside });
             let frame = egui::Frame::popup(ui.style());
             let frame = if is_low { frame.inner_margin(egui::Margin::symmetric(8, 3)) } else { frame };
             frame.show(ui, contents);
