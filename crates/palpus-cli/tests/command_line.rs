@@ -35,6 +35,31 @@ fn every_command_has_a_man_page() {
 }
 
 #[test]
+fn two_meshes_run_and_replay_without_a_scene_file() {
+    let folder = Folder::new("pair");
+    folder.file("tool.obj", CUBE);
+    fs::create_dir(folder.0.join("parts")).expect("the folder can be created");
+    folder.file("parts/part.obj", CUBE);
+    let run = ["run", "tool.obj", "parts/part.obj", "--fast", "--duration", "2"];
+    let output = palpus(&folder.0, &[&run[..], &["--record", "run.csv"]].concat());
+    assert_success(&output);
+    assert!(text(&output.stderr).contains("the unit of both meshes seems to be cm"), "{}", text(&output.stderr));
+    let said = palpus(&folder.0, &["replay", "run.csv"]);
+    assert_success(&said);
+    let summary = json(&palpus(&folder.0, &[&run[..], &["--unit", "inch", "--no-record", "--json"]].concat()));
+    assert_eq!((&summary["faults"], &summary["ticks"]), (&0.into(), &2000.into()));
+    assert!(summary["force_max_n"].as_f64() > Some(0.1), "the probe touches: {summary}");
+    for (wrong, says) in [
+        (&["run", "spoon-cup", "tool.obj"][..], "one scene, or two meshes"),
+        (&["run", "tool.obj"], "PROBE ENVIRONMENT"),
+        (&["run", "tool.obj", "parts/part.obj", "--unit", "parsec"], "parsec"),
+    ] {
+        let output = palpus(&folder.0, wrong);
+        assert!(!output.status.success() && text(&output.stderr).contains(says), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn poses_come_from_standard_input() {
     let folder = Folder::new("pipe");
     folder.file("cube.obj", CUBE);

@@ -60,7 +60,7 @@ const ARROWS: [(&str, Drawn); 11] = [
     ("palpus-io", [&["palpus"], &[]]),
     ("palpus-python", [&["palpus", "palpus-alloc", "palpus-cli", "palpus-device", "palpus-io"], &[]]),
     ("palpus-scenes", [&["palpus"], &["palpus-alloc", "palpus-io"]]),
-    ("palpus-window", [&["palpus", "palpus-device"], &[]]),
+    ("palpus-window", [&["palpus", "palpus-device", "palpus-io"], &[]]),
 ];
 
 /// Returns a message for each import of crate `name` without an arrow. Tests may import all

@@ -12,12 +12,19 @@ use crate::durations::seconds;
 
 #[derive(Clone, Debug, Parser)]
 #[command(
-    after_help = "Examples:\n  palpus run                             a spoon in a cup\n  palpus run peg-hole --hand firm --json\n  palpus run my-scene.toml --record run.csv\n  palpus run intestine --fast --duration 60\n  palpus run peg-hole --screenshot peg.png --at 2.5"
+    after_help = "Examples:\n  palpus run                             a spoon in a cup\n  palpus run peg-hole --hand firm --json\n  palpus run tool.stl part.obj            two meshes of your own\n  palpus run my-scene.toml --record run.csv\n  palpus run intestine --fast --duration 60\n  palpus run peg-hole --screenshot peg.png --at 2.5"
 )]
 pub(crate) struct RunArguments {
-    /// A built-in scene (see --list) or a scene file (TOML, docs/scene-file.md).
+    /// A built-in scene (see --list), a scene file (TOML, docs/scene-file.md), or the mesh of the
+    /// probe (obj, stl, ply, off, gltf, glb).
     #[arg(default_value = "spoon-cup")]
     pub(crate) scene: String,
+    /// The mesh that the probe touches, if the first argument is a mesh.
+    pub(crate) environment: Option<String>,
+    /// The unit of both meshes (mm, cm, m, inch, …), or given twice, of each mesh [default: likely
+    /// units for their sizes].
+    #[arg(long, value_name = "UNIT", requires = "environment")]
+    pub(crate) unit: Vec<String>,
     /// Lists the built-in scenes.
     #[arg(long)]
     pub(crate) list: bool,

@@ -57,11 +57,17 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let headless = window::reason_for_none(arguments);
-    let mut stage = stage::prepare(&arguments.scene, file_policy(arguments.allow_outside))?;
+    let (name, mut stage) = match &arguments.environment {
+        Some(environment) => {
+            let files = [arguments.scene.as_str(), environment];
+            (stage::pair_name(files), stage::of_pair(files, &arguments.unit)?)
+        }
+        None => (arguments.scene.clone(), stage::prepare(&arguments.scene, file_policy(arguments.allow_outside))?),
+    };
     if let Some(file) = &arguments.hand_path {
         stage.follow(file, arguments.hand_scale, arguments.hand_speed)?;
     }
-    let mut ready = Ready::new(arguments, &arguments.scene, stage, headless.is_none())?;
+    let mut ready = Ready::new(arguments, &name, stage, headless.is_none())?;
     if arguments.limits {
         ready.print_limits(arguments.json)?;
         return Ok(ExitCode::SUCCESS);

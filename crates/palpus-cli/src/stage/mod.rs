@@ -2,6 +2,7 @@
 //! with its path.
 
 mod outside;
+mod pair;
 mod prepare;
 
 use std::path::Path;
@@ -20,6 +21,7 @@ use palpus_scenes::HandPath;
 
 use crate::hand_path::{Following, follow};
 
+pub(crate) use pair::{of_pair, pair_name};
 #[cfg(feature = "window")]
 pub(crate) use prepare::prepare_telling;
 pub(crate) use prepare::{Part, no_scene, of_built_in, of_file, prepare};

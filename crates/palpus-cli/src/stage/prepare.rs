@@ -39,8 +39,8 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     let path = Path::new(name);
     if MeshFormat::of_extension(path).is_some() {
         bail!(
-            "{name} is a mesh, and a run needs two: write a scene file that names both (palpus export peg-hole FOLDER \
-             writes an example), or start palpus run and press O to open them"
+            "{name} is a mesh, and a run needs two: name the mesh that it touches too (palpus run PROBE ENVIRONMENT), \
+             or start palpus run and press O to open both"
         );
     }
     if path.exists() || path.extension().is_some() {

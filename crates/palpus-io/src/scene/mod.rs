@@ -100,6 +100,7 @@
 
 mod coupling;
 mod keys;
+mod likely_unit;
 mod objects;
 mod open;
 mod read;
@@ -115,6 +116,7 @@ use palpus::render::{Limits, Object, Saturation, Settings};
 use serde::{Deserialize, Serialize};
 
 pub use keys::similar_name;
+pub use likely_unit::LikelyUnit;
 pub use open::{OpenError, SceneWorld};
 pub use read::{parse_scene, read_scene};
 pub use unit::metres;

@@ -9,21 +9,17 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use eframe::egui::{Key, RichText, TextEdit, Ui};
 use glam::DVec3;
+use palpus_io::scene::LikelyUnit;
 
 use super::run::{FileKind, MeshFile, Run};
 use super::theme::small;
-
-/// Likely sizes of probe and environment, m.
-const LIKELY: [f64; 2] = [4e-3, 1.2];
-/// Largest likely ratio of the sizes of two bodies.
-const LIKELY_RATIO: f64 = 10.0;
 
 /// See the module's description.
 pub(super) struct Slot {
     path: String,
     /// The path that was read, and the result.
     read: Option<(PathBuf, Reading)>,
-    unit: Unit,
+    unit: LikelyUnit,
     /// True if the user selected the unit.
     is_selected: bool,
 }
@@ -46,77 +42,18 @@ pub(super) enum Content {
     Mesh(MeshFile),
 }
 
-/// Units of length of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Unit {
-    Millimetre,
-    Metre,
-    Centimetre,
-    Inch,
-}
-
-impl Unit {
-    /// Units in the order of likelihood; a size may fit several.
-    const ALL: [Self; 4] = [Self::Millimetre, Self::Metre, Self::Centimetre, Self::Inch];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Millimetre => "mm",
-            Self::Metre => "m",
-            Self::Centimetre => "cm",
-            Self::Inch => "inch",
-        }
-    }
-
-    fn metres(self) -> f64 {
-        match self {
-            Self::Millimetre => 1e-3,
-            Self::Metre => 1.0,
-            Self::Centimetre => 1e-2,
-            Self::Inch => 25.4e-3,
-        }
-    }
-
-    /// Returns true if a body whose largest side has this length suits a person's hand.
-    fn fits(self, largest: f64) -> bool {
-        (LIKELY[0]..=LIKELY[1]).contains(&(largest * self.metres()))
-    }
-
-    /// Returns the first unit with which the largest side suits an object that people hold or
-    /// touch.
-    fn likely(size: DVec3) -> Self {
-        let largest = size.max_element();
-        Self::ALL.into_iter().find(|unit| unit.fits(largest)).unwrap_or(Self::Millimetre)
-    }
-
-    /// Returns likely units of two bodies that touch each other. Each of the bodies suits a hand,
-    /// their sizes are similar, and their units are equal if possible. `selected` are units that
-    /// the user selected. `None` if no units are likely.
-    fn likely_pair(sizes: [DVec3; 2], selected: [Option<Self>; 2]) -> Option<[Self; 2]> {
-        let largest = sizes.map(DVec3::max_element);
-        let is_likely = |units: &[Self; 2]| {
-            let ratio = largest[0] * units[0].metres() / (largest[1] * units[1].metres());
-            (0..2).all(|k| selected[k].map_or(units[k].fits(largest[k]), |unit| unit == units[k]))
-                && (LIKELY_RATIO.recip()..=LIKELY_RATIO).contains(&ratio)
-        };
-        let equal = Self::ALL.map(|unit| [unit; 2]);
-        let all = Self::ALL.into_iter().flat_map(|first| Self::ALL.map(|second| [first, second]));
-        equal.into_iter().chain(all).find(is_likely)
-    }
-}
-
 impl Slot {
     /// Creates a slot with a file, or an empty slot.
     pub(super) fn new(path: Option<&Path>) -> Self {
         let path = path.map_or(String::new(), |path| path.display().to_string());
-        Self { path, read: None, unit: Unit::Millimetre, is_selected: false }
+        Self { path, read: None, unit: LikelyUnit::Millimetre, is_selected: false }
     }
 
     /// Guesses the units of two meshes together, unless the user selected them.
     pub(super) fn guess_units(first: &mut Self, second: &mut Self) {
         let (Some(one), Some(other)) = (first.size(), second.size()) else { return };
         let selected = [&*first, &*second].map(|slot| slot.is_selected.then_some(slot.unit));
-        if let Some(units) = Unit::likely_pair([one, other], selected) {
+        if let Some(units) = LikelyUnit::of_pair([one, other], selected) {
             [first.unit, second.unit] = units;
         }
     }
@@ -163,7 +100,7 @@ impl Slot {
             Err(TryRecvError::Disconnected) => Err("it could not be read".to_owned()),
         };
         if let Ok(FileKind::Mesh { size, .. }) = &kind {
-            (self.unit, self.is_selected) = (Unit::likely(*size), false);
+            (self.unit, self.is_selected) = (LikelyUnit::of(*size), false);
         }
         *reading = Reading::Done(kind);
     }
@@ -198,7 +135,7 @@ impl Slot {
                 let (size, triangles) = (*size, *triangles);
                 ui.horizontal_wrapped(|ui| {
                     ui.label(small("unit"));
-                    for unit in Unit::ALL {
+                    for unit in LikelyUnit::ALL {
                         self.is_selected |= ui.radio_value(&mut self.unit, unit, unit.name()).clicked();
                     }
                     ui.label(small(format!("{triangles} triangles, {}", sides(size * self.unit.metres()))));
@@ -225,24 +162,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_are_guessed_from_sizes_of_things() {
-        for (largest, unit) in [(80.0, "mm"), (0.12, "m"), (1.0, "m"), (2.0, "cm"), (1.2e3, "mm"), (9e9, "mm")] {
-            assert_eq!(Unit::likely(DVec3::new(0.5 * largest, largest, 0.1 * largest)).name(), unit, "{largest}");
-        }
+    fn sides_have_a_suitable_unit() {
         assert_eq!(sides(DVec3::new(0.08, 0.044, 0.03)), "80.0 × 44.0 × 30.0 mm");
-    }
-
-    #[test]
-    fn units_of_two_meshes_are_guessed_together() {
-        let guess = |sizes: [f64; 2], selected| {
-            Unit::likely_pair(sizes.map(DVec3::splat), selected).map(|units| units.map(Unit::name))
-        };
-        // A piece of 1 unit and a part of 6 units: 1 m beside 6 mm is not likely.
-        assert_eq!(guess([1.0, 6.0], [None; 2]), Some(["cm", "cm"]));
-        assert_eq!(guess([80.0, 40.0], [None; 2]), Some(["mm", "mm"]));
-        assert_eq!(guess([0.15, 120.0], [None; 2]), Some(["m", "mm"]));
-        assert_eq!(guess([1.0, 6.0], [None, Some(Unit::Millimetre)]), Some(["cm", "mm"]));
-        assert_eq!(guess([9e9, 1.0], [None; 2]), None);
     }
 
     #[test]
