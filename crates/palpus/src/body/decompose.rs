@@ -36,6 +36,7 @@ pub(super) mod contain;
 pub(super) mod facet;
 pub(super) mod grow;
 mod growth;
+mod refusals;
 mod regrow;
 #[cfg(test)]
 mod tests;
@@ -49,6 +50,7 @@ use std::cmp::Reverse;
 use std::collections::VecDeque;
 
 use growth::Growth;
+use refusals::Refusals;
 use touching::Neighbours;
 
 use crate::algebra::tolerance::{DISSOLVED_FACETS, RECEIVER_CORNERS};
@@ -84,8 +86,9 @@ pub(crate) fn decompose(grower: &mut Grower<'_>, progress: &mut dyn FnMut(f64)) 
         done += grower.members().len();
         progress(GROWTH_SHARE * done as f64 / facets.len() as f64);
     }
+    let mut refusals = Refusals::new(facets.len(), partition.patches.len());
     for most in 1..=DISSOLVED_FACETS {
-        hand_out(grower, &mut partition, sides, most);
+        hand_out(grower, &mut partition, &mut refusals, sides, most);
     }
     regrow::improve(grower, &mut growth, &mut partition, &mut |done| {
         progress(GROWTH_SHARE + (1.0 - GROWTH_SHARE) * done);
@@ -144,7 +147,13 @@ fn seeds(facets: &Facets) -> Vec<u32> {
 }
 
 /// Dissolves each patch of at most `most` facets if neighbouring patches accept all its facets.
-fn hand_out(grower: &mut Grower<'_>, partition: &mut Partition, neighbours: Neighbours<'_>, most: usize) {
+fn hand_out(
+    grower: &mut Grower<'_>,
+    partition: &mut Partition,
+    refusals: &mut Refusals,
+    neighbours: Neighbours<'_>,
+    most: usize,
+) {
     let small = |patch: &Patch| (1..=most).contains(&patch.facets.len());
     let order: Vec<u32> =
         (0..partition.patches.len() as u32).filter(|&k| small(&partition.patches[k as usize])).collect();
@@ -156,13 +165,16 @@ fn hand_out(grower: &mut Grower<'_>, partition: &mut Partition, neighbours: Neig
         let mut given = Vec::new();
         loop {
             let before = left.len();
-            left.retain(|&f| match find_receiver(grower, partition, neighbours, giver, f) {
-                Some(receiver) => {
-                    partition.give(f, receiver);
-                    given.push((f, receiver));
-                    false
+            left.retain(|&f| {
+                let mut others = receivers(partition, neighbours, giver, f).into_iter();
+                match others.find(|&other| refusals.accepts(grower, partition, other, f)) {
+                    Some(receiver) => {
+                        partition.give(f, receiver);
+                        given.push((f, receiver, refusals.change(receiver)));
+                        false
+                    }
+                    None => true,
                 }
-                None => true,
             });
             if left.is_empty() || left.len() == before {
                 break;
@@ -170,37 +182,36 @@ fn hand_out(grower: &mut Grower<'_>, partition: &mut Partition, neighbours: Neig
         }
         if !left.is_empty() {
             // No patch accepts the remaining facets, so give all facets back.
-            for (f, receiver) in given.into_iter().rev() {
+            for (f, receiver, version) in given.into_iter().rev() {
                 partition.patches[receiver as usize].facets.pop();
+                refusals.restore(receiver, version);
                 partition.owner[f as usize] = giver;
                 left.push(f);
             }
             partition.patches[giver as usize].facets = left;
+            refusals.change(giver);
         }
     }
 }
 
-/// Finds a patch next to facet `f`, other than `giver`, that accepts `f`. Skips very large patches:
-/// they grew first and have already refused `f`.
-fn find_receiver(
-    grower: &mut Grower<'_>,
-    partition: &Partition,
-    neighbours: Neighbours<'_>,
-    giver: u32,
-    f: u32,
-) -> Option<u32> {
+/// Returns the patches next to facet `f`, other than `giver`.
+fn receivers(partition: &Partition, neighbours: Neighbours<'_>, giver: u32, f: u32) -> Vec<u32> {
     let mut receivers: Vec<u32> = Vec::new();
     neighbours.of(f, |g| receivers.push(partition.owner[g as usize]));
     receivers.retain(|&k| k != giver && k != NONE);
     receivers.sort_unstable();
     receivers.dedup();
-    receivers.into_iter().find(|&receiver| {
-        let patch = &partition.patches[receiver as usize];
-        let corners: usize = patch.facets.iter().map(|&f| grower.facets().corners(f).len()).sum();
-        if corners > RECEIVER_CORNERS {
-            return false;
-        }
-        grower.load(&patch.facets);
-        grower.try_add(&[f]) == Verdict::Joined
-    })
+    receivers
+}
+
+/// Returns true if `receiver` accepts facet `f`. Very large patches do not: they grew first and
+/// have already refused `f`.
+fn accepts(grower: &mut Grower<'_>, partition: &Partition, receiver: u32, f: u32) -> bool {
+    let patch = &partition.patches[receiver as usize];
+    let corners: usize = patch.facets.iter().map(|&f| grower.facets().corners(f).len()).sum();
+    if corners > RECEIVER_CORNERS {
+        return false;
+    }
+    grower.load(&patch.facets);
+    grower.try_add(&[f]) == Verdict::Joined
 }

@@ -20,7 +20,7 @@
 
 use super::growth::Growth;
 use super::touching::{Neighbours, Touching};
-use super::{Partition, find_receiver};
+use super::{Partition, accepts, receivers};
 use crate::algebra::Random;
 use crate::algebra::tolerance::{
     REGROWN_CENTRE, REGROWN_MEMBER, REGROWN_PATCHES, REGROWTH_JITTER, REGROWTH_KEPT_BACK, REGROWTH_MOST,
@@ -152,7 +152,8 @@ impl Trial {
             if random.unit() < REGROWTH_KEPT_BACK {
                 continue;
             }
-            if let Some(receiver) = find_receiver(grower, partition, neighbours, NONE, f) {
+            let mut around = receivers(partition, neighbours, NONE, f).into_iter();
+            if let Some(receiver) = around.find(|&other| accepts(grower, partition, other, f)) {
                 if self.before.iter().all(|(k, _)| *k != receiver) {
                     self.before.push((receiver, partition.patches[receiver as usize].facets.clone()));
                 }

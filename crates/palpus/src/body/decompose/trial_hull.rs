@@ -105,9 +105,9 @@ impl TrialHull {
         for (k, p) in points.iter().enumerate() {
             if !simplex.contains(&k) {
                 self.insert(*p);
+                self.settle();
             }
         }
-        self.settle();
         true
     }
 
