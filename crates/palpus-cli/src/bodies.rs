@@ -3,9 +3,11 @@
 
 use std::path::Path;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, MeshFileError, Threads, read_mesh_from, read_mesh_noting};
@@ -37,7 +39,7 @@ pub(crate) enum Teller<'a> {
     /// With a bar in the terminal.
     Bar,
     /// With calls that get the name of the body and the finished share, 0 to 1.
-    Calls(&'a dyn Fn(&str, f64)),
+    Calls(&'a (dyn Fn(&str, f64) + Sync)),
 }
 
 /// Reads a mesh file, with a note if its format differs from its extension.
@@ -54,6 +56,37 @@ pub(crate) fn prepare_file(path: &Path, settings: &BodySettings) -> anyhow::Resu
     let soup = read_mesh_from(files::read_standard()?, &name)?;
     prepare_soup(&name, &soup, settings).with_context(|| format!("the model from {name} cannot be prepared"))
 }
+
+/// Prepares two bodies at the same time, and reports their mean progress to `teller`. Much of a
+/// preparation runs on one thread, so together they take little longer than the slower one.
+pub(crate) fn prepare_two(
+    teller: &Teller<'_>,
+    one: impl FnOnce(&Teller<'_>) -> anyhow::Result<Prepared>,
+    other: impl FnOnce(&Teller<'_>) -> anyhow::Result<Prepared> + Send,
+) -> anyhow::Result<[Prepared; 2]> {
+    let shares = [const { AtomicU64::new(0) }; 2];
+    let bar = matches!(teller, Teller::Bar).then(|| bar(BOTH));
+    let tell = |which: usize, done: f64| {
+        shares[which].store((done * BAR_STEPS) as u64, Ordering::Relaxed);
+        let mean = shares.iter().map(|share| share.load(Ordering::Relaxed)).sum::<u64>() / 2;
+        match (teller, &bar) {
+            (Teller::Calls(tell), _) => tell(BOTH, mean as f64 / BAR_STEPS),
+            (Teller::Bar, bar) => bar.iter().for_each(|bar| bar.set_position(mean)),
+        }
+    };
+    let (of_one, of_other) = (|_: &str, done: f64| tell(0, done), |_: &str, done: f64| tell(1, done));
+    let prepared = thread::scope(|scope| {
+        let working = scope.spawn(|| other(&Teller::Calls(&of_other)));
+        let one = one(&Teller::Calls(&of_one));
+        let other = working.join().map_err(|_| anyhow!("a body could not be prepared; please report this"))?;
+        Ok([one?, other?])
+    });
+    bar.iter().for_each(ProgressBar::finish_and_clear);
+    prepared
+}
+
+/// What a bar calls two bodies that are prepared together.
+const BOTH: &str = "both bodies";
 
 /// Prepares the polygons of a model file, and reports progress to `teller`.
 pub(crate) fn prepare_mesh_telling(
@@ -92,7 +125,12 @@ pub(crate) fn prepare_soup_telling(
         Prepared { body, hash, seconds, kept }
     };
     match cache.map(|cache| cache.load(&key, soup, settings, &threads)) {
-        Some(Ok(body)) => return Ok(prepared(body, true)),
+        Some(Ok(body)) => {
+            if let Teller::Calls(tell) = teller {
+                tell(name, 1.0);
+            }
+            return Ok(prepared(body, true));
+        }
         Some(Err(miss)) if !matches!(miss, CacheMiss::Absent) => {
             output::note(format!("note: {name} is prepared again, because {miss}"));
         }

@@ -2,9 +2,8 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::thread;
 
-use anyhow::{anyhow, bail};
+use anyhow::bail;
 use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
@@ -78,8 +77,11 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
         ..Settings::default()
     };
     let body_settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    let probe = bodies::prepare_soup_telling("the probe", &scene.probe, &body_settings, teller)?;
-    let environment = bodies::prepare_soup_telling("the environment", &scene.environment, &body_settings, teller)?;
+    let [probe, environment] = bodies::prepare_two(
+        teller,
+        |teller| bodies::prepare_soup_telling("the probe", &scene.probe, &body_settings, teller),
+        |teller| bodies::prepare_soup_telling("the environment", &scene.environment, &body_settings, teller),
+    )?;
     let body = |part: &str, content, pose| RecordedBody { mesh: format!("{}/{part}", scene.name), content, pose };
     let mut others = Vec::new();
     if let Some(tool) = &scene.second {
@@ -164,30 +166,36 @@ pub(crate) fn of_file(
     read: &(dyn Fn(Part, &SceneBody) -> anyhow::Result<PolygonSoup> + Sync),
     teller: &Teller<'_>,
 ) -> anyhow::Result<Stage> {
-    let mut known: Vec<(SceneBody, Arc<Body>, ContentHash)> = Vec::new();
-    let mut prepare = |part: Part, body: &SceneBody, reading: Option<Reading<'_>>| {
-        // Equal meshes share a body.
-        if let Some((_, shape, hash)) = known.iter().find(|(other, ..)| is_alike(other, body)) {
-            return Ok((shape.clone(), *hash));
-        }
+    let prepared = |part: Part, body: &SceneBody, teller: &Teller<'_>| {
         let settings =
             BodySettings { scale: body.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-        let soup = match reading {
-            Some(reading) => reading.join().map_err(|_| anyhow!("a mesh could not be read; please report this"))?,
-            None => read(part, body),
-        };
-        let prepared = bodies::prepare_mesh_telling(&body.mesh, &soup?, &settings, teller)?;
-        let shape = Arc::new(prepared.body);
-        known.push((body.clone(), shape.clone(), prepared.hash));
-        anyhow::Ok((shape, prepared.hash))
+        bodies::prepare_mesh_telling(&body.mesh, &read(part, body)?, &settings, teller)
     };
-    // The environment's mesh is read while the probe is prepared.
-    let [(probe, probe_hash), (environment, environment_hash)] = thread::scope(|scope| {
-        let is_read = !is_alike(&file.probe, &file.environment);
-        let reading = is_read.then(|| scope.spawn(|| read(Part::Environment, &file.environment)));
-        let probe = prepare(Part::Probe, &file.probe, None)?;
-        anyhow::Ok([probe, prepare(Part::Environment, &file.environment, reading)?])
-    })?;
+    let shared = |prepared: bodies::Prepared| (Arc::new(prepared.body), prepared.hash);
+    let [(probe, probe_hash), (environment, environment_hash)] = if is_alike(&file.probe, &file.environment) {
+        let both = shared(prepared(Part::Probe, &file.probe, teller)?);
+        [both.clone(), both]
+    } else {
+        let both = bodies::prepare_two(
+            teller,
+            |teller| prepared(Part::Probe, &file.probe, teller),
+            |teller| prepared(Part::Environment, &file.environment, teller),
+        )?;
+        both.map(shared)
+    };
+    // Equal meshes share a body.
+    let mut known = vec![
+        (file.probe.clone(), probe.clone(), probe_hash),
+        (file.environment.clone(), environment.clone(), environment_hash),
+    ];
+    let mut prepare = |part: Part, body: &SceneBody| match known.iter().find(|(other, ..)| is_alike(other, body)) {
+        Some((_, shape, hash)) => Ok((shape.clone(), *hash)),
+        None => {
+            let (shape, hash) = shared(prepared(part, body, teller)?);
+            known.push((body.clone(), shape.clone(), hash));
+            anyhow::Ok((shape, hash))
+        }
+    };
     let mut ways = Ways::new(&probe, &environment);
     let mut notes = gaps::fill(&mut file, &mut ways);
     let hand = file.hand.preset.name();
@@ -195,7 +203,7 @@ pub(crate) fn of_file(
     let body = |mesh: &Path, content, pose| RecordedBody { mesh: absolute(mesh), content, pose };
     let mut others: Vec<OtherTool> = Vec::new();
     for (k, tool) in file.others.iter().enumerate() {
-        let (probe, hash) = prepare(Part::Other(k), &tool.body, None)?;
+        let (probe, hash) = prepare(Part::Other(k), &tool.body)?;
         let what = format!("{} tool", tools::name(k + 1));
         let grip_a = tool.grip.or_else(|| gaps::grip(&probe, &what, &mut notes)).unwrap_or_default();
         others.push(OtherTool {
@@ -210,7 +218,7 @@ pub(crate) fn of_file(
     let mut objects: Vec<StageObject> = Vec::new();
     let mut recorded_objects: Vec<RecordedBody> = Vec::new();
     for (k, object) in file.objects.iter().enumerate() {
-        let (shape, hash) = prepare(Part::Object(k), &object.body, None)?;
+        let (shape, hash) = prepare(Part::Object(k), &object.body)?;
         objects.push(StageObject { body: shape, pose: object.body.pose, motion: object.motion });
         recorded_objects.push(body(&object.body.mesh, hash, object.body.pose));
     }
@@ -241,9 +249,6 @@ pub(crate) fn of_file(
         gravity: file.gravity,
     })
 }
-
-/// A mesh that another thread reads.
-type Reading<'scope> = thread::ScopedJoinHandle<'scope, anyhow::Result<PolygonSoup>>;
 
 /// True if both bodies have the same mesh in the same unit.
 fn is_alike(one: &SceneBody, other: &SceneBody) -> bool {

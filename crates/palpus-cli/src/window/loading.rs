@@ -13,7 +13,7 @@ pub(super) struct Loader<T> {
 }
 
 /// Reports progress: the current step, and its finished share (0 to 1) if that is known.
-pub(super) type Tell<'a> = &'a dyn Fn(&str, Option<f64>);
+pub(super) type Tell<'a> = &'a (dyn Fn(&str, Option<f64>) + Sync);
 
 impl<T: Send + 'static> Loader<T> {
     /// Creates a loader without work.
