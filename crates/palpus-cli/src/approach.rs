@@ -114,20 +114,20 @@ const LEAST_PRESS_SHARE: f64 = 0.1;
 /// Mean speed of the hand, m/s.
 const APPROACH_SPEED: f64 = 0.05;
 /// Duration of the approach, s. For longer or shorter paths the speed changes, so that a person
-/// waits at most two seconds for first touch.
-const APPROACH_TIME: [f64; 2] = [1.0, 2.0];
+/// waits less than a second for first touch.
+const APPROACH_TIME: [f64; 2] = [0.6, 0.8];
 /// Largest mean speed, m/s. The peak speed is then below 3 m/s, at which the safety chain removes
 /// the force.
 const MOST_SPEED: f64 = 1.0;
 /// Largest distance of a chosen start from first touch, m.
-const FARTHEST: f64 = 0.5;
+const FARTHEST: f64 = 0.2;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn first_touch_comes_within_two_seconds() {
+    fn first_touch_comes_within_a_second_on_short_ways() {
         for size in [1e-3, 0.05, 0.8] {
             let points: Vec<DVec3> = (0..8u32)
                 .map(|k| {
@@ -139,7 +139,9 @@ mod tests {
             let start = Pose::from_translation(DVec3::new(0.0, 0.0, 3.0 * size));
             let path =
                 approach(&mut Ways::new(&body, &body), start, Pose::IDENTITY, 0.01 * size, CouplingMode::Coupled);
-            assert!(path.duration() <= 4.0, "{size}: the hand returns only after {} s", path.duration());
+            // The tolerance ends the way a little beyond 2 sizes.
+            let slowest = 2.0 * APPROACH_TIME[1].max(2.01 * size / MOST_SPEED);
+            assert!(path.duration() <= slowest, "{size}: the hand returns only after {} s", path.duration());
             let speed = (0..4000u32).map(|k| path.twist(f64::from(k) * 1e-3).linear.length()).fold(0.0, f64::max);
             assert!(speed < 2.5, "{size}: {speed} m/s");
             let way = Ways::new(&body, &body).find(start, Pose::IDENTITY, 0.01 * size);
