@@ -22,9 +22,9 @@ use palpus_scenes::HandPath;
 use crate::hand_path::{Following, follow};
 
 pub(crate) use pair::{of_pair, pair_name};
-#[cfg(feature = "window")]
-pub(crate) use prepare::prepare_telling;
 pub(crate) use prepare::{Part, no_scene, of_built_in, of_file, prepare};
+#[cfg(feature = "window")]
+pub(crate) use prepare::{of_text, prepare_telling};
 
 /// Everything that a run needs.
 #[derive(Clone)]

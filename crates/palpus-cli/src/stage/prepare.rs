@@ -49,6 +49,14 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     bail!("{}, or name a scene file (TOML)", no_scene(name))
 }
 
+/// Prepares a scene from its `text` as in the file `path`, which need not exist. The caller has
+/// allowed the files that the scene names.
+#[cfg(feature = "window")]
+pub(crate) fn of_text(path: &Path, text: &str, teller: &Teller<'_>) -> anyhow::Result<Stage> {
+    let file = palpus_io::scene::parse_scene(text, path, FilePolicy::Anywhere)?;
+    of_file(path, file, &|_, body| Ok(bodies::read_mesh(&body.mesh)?), teller)
+}
+
 /// Returns the error text for an unknown scene: a similar name, and all names.
 pub(crate) fn no_scene(name: &str) -> String {
     let scenes = palpus_scenes::scenes();

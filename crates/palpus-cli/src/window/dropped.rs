@@ -21,7 +21,7 @@ use palpus::algebra::Pose;
 use palpus::body::PolygonSoup;
 use palpus::render::Settings;
 use palpus_io::record::SceneSource;
-use palpus_io::scene::FilePolicy;
+use palpus_io::scene::{FilePolicy, parse_scene};
 use palpus_io::{read_scene, write_obj_groups};
 use palpus_window::{FileKind, MeshFile};
 
@@ -31,6 +31,8 @@ use crate::{bodies, files, gaps};
 /// Parts of the current run that the next run keeps.
 pub(super) struct Present {
     source: SceneSource,
+    /// The text of the scene file.
+    text: Option<String>,
     /// Start pose of the probe and pose of the environment, in the world.
     probe: Pose,
     environment: Pose,
@@ -70,10 +72,18 @@ impl Present {
     pub(super) fn of(stage: &Stage) -> Self {
         Self {
             source: stage.recorded.source.clone(),
+            text: stage.recorded.text.clone(),
             probe: stage.path.pose(0.0),
             environment: stage.environment_pose,
             settings: stage.settings,
         }
+    }
+
+    /// Returns the text of the present scene if `file` is its file and does not exist: a run of two
+    /// meshes has no scene file.
+    pub(super) fn text_of(&self, file: &Path) -> Option<&str> {
+        let is_present = matches!(&self.source, SceneSource::File(path) if Path::new(path) == file);
+        self.text.as_deref().filter(|_| is_present && !file.exists())
     }
 
     /// Makes a scene in which these meshes are the probe and the environment, in a new folder below
@@ -117,7 +127,11 @@ impl Present {
                 Ok(Shape { soup, metres_per_unit: 1.0 })
             }
             SceneSource::File(path) => {
-                let scene = read_scene(Path::new(path), FilePolicy::Anywhere)?;
+                let path = Path::new(path);
+                let scene = match self.text_of(path) {
+                    Some(text) => parse_scene(text, path, FilePolicy::Anywhere)?,
+                    None => read_scene(path, FilePolicy::Anywhere)?,
+                };
                 let body = if part == Part::Probe { scene.probe } else { scene.environment };
                 Ok(Shape { soup: bodies::read_mesh(&body.mesh)?, metres_per_unit: body.metres_per_unit })
             }

@@ -182,7 +182,11 @@ fn prepared(
         }
     };
     let calls = |body: &str, done: f64| tell(&format!("preparing {body}"), Some(done));
-    let mut stage = stage::prepare_telling(&name, policy, &Teller::Calls(&calls))?;
+    let teller = Teller::Calls(&calls);
+    let mut stage = match present.text_of(Path::new(&name)) {
+        Some(text) => stage::of_text(Path::new(&name), text, &teller)?,
+        None => stage::prepare_telling(&name, policy, &teller)?,
+    };
     if let Some(start) = start {
         saved::begin_at(&mut stage, start)?;
     }

@@ -19,10 +19,14 @@ use super::recent::Recent;
 use super::steered::Steered;
 use crate::args::RunArguments;
 use crate::run::{self, Ready};
-use crate::stage;
+use crate::stage::{self, Stage};
 
 /// Timeout. It is long, since the machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A cube of side 2 about the origin.
+const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 /// Polls like a window, once per frame, until `done` returns true.
 fn until(run: &mut Steered<'_>, done: impl Fn(&mut Steered<'_>) -> bool) {
@@ -33,14 +37,21 @@ fn until(run: &mut Steered<'_>, done: impl Fn(&mut Steered<'_>) -> bool) {
     }
 }
 
+/// Starts a run of `pen-sphere` for `test`, which gets a folder of its own.
 fn with_run(name: &str, test: impl FnOnce(Steered<'_>, &Path)) {
+    let built_in = |_: &Path| stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
+    with_run_of(name, built_in, test);
+}
+
+/// The same with the stage that `prepare` makes; it gets the folder.
+fn with_run_of(name: &str, prepare: impl FnOnce(&Path) -> Stage, test: impl FnOnce(Steered<'_>, &Path)) {
     crate::bodies::use_cache(false);
     let folder: PathBuf = std::env::temp_dir().join(format!("palpus-steered-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("the folder can be created");
     let record = folder.join("run.csv").display().to_string();
     let arguments = RunArguments::parse_from(["run", "pen-sphere", "--no-realtime", "--record", &record]);
     let stop = Arc::new(AtomicBool::new(false));
-    let stage = stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
+    let stage = prepare(&folder);
     let ready = Ready::new(&arguments, "pen-sphere", stage, true).expect("the run can be prepared");
     let (session, scene, _) = begin(ready, &run::beginning(&arguments), &stop).expect("the session starts");
     assert_eq!(scene.bodies.len(), 2);
@@ -79,10 +90,8 @@ fn run_is_steered_then_replaced_by_scene_and_mesh() {
         assert_eq!(run.recording(), Some(folder.join("run-2.csv")));
         until(&mut run, |run| run.numbers().ticks > 20);
 
-        let cube = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
-            f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
         let file = folder.join("cube.obj");
-        std::fs::write(&file, cube).expect("the file can be written");
+        std::fs::write(&file, CUBE).expect("the file can be written");
         let probe = Some(MeshFile { file, metres_per_unit: 0.01 });
         run.load(Wanted::Meshes { probe, environment: None }).expect("the loading starts");
         until(&mut run, |run| run.loading() == Loading::Idle);
@@ -136,6 +145,31 @@ fn scene_restarts_at_given_start_and_is_saved() {
         let probe = scene.bodies[0].pose.translation;
         assert!((probe - DVec3::new(0.01, 0.02, 0.3)).length() < 1e-9, "{probe}");
         assert!((run.settings().stiffness - 1234.0).abs() < 1e-6);
+    });
+}
+
+#[test]
+fn two_meshes_without_a_scene_file_restart_and_are_saved() {
+    let pair = |folder: &Path| {
+        let files = ["tool.obj", "part.obj"].map(|name| folder.join(name).display().to_string());
+        files.iter().for_each(|file| std::fs::write(file, CUBE).expect("the file can be written"));
+        stage::of_pair(files.each_ref().map(String::as_str), &["cm".to_owned()]).expect("the pair can be prepared")
+    };
+    with_run_of("pair", pair, |mut run, folder| {
+        run.restart(None).expect("the restart begins");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        assert!(run.replaced().is_some(), "the pair must start again");
+        let saved = run.save().expect("the scene can be saved");
+        assert_eq!(Some(&saved), folder.canonicalize().ok().map(|folder| folder.join("tool-part.toml")).as_ref());
+        std::fs::remove_file(saved).expect("the saved scene can be removed");
+        // The part stays.
+        let file = folder.join("other.obj");
+        std::fs::write(&file, CUBE).expect("the file can be written");
+        let probe = Some(MeshFile { file, metres_per_unit: 0.02 });
+        run.load(Wanted::Meshes { probe, environment: None }).expect("the loading starts");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        let (scene, _) = run.replaced().expect("the probe is replaced");
+        assert_eq!(scene.bodies.len(), 2);
     });
 }
 
