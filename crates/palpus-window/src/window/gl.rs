@@ -8,6 +8,8 @@
 //! 2. In each frame, opaque bodies are drawn first, then the inner and the outer sides of
 //!    translucent bodies, and then the marks. Hidden parts of marks are drawn in a paler colour,
 //!    before the visible parts.
+//! 3. A body that is transparent around a probe is drawn as an opaque body outside the rectangle
+//!    around the probe, and with a program that leaves out pixels inside this rectangle.
 //!
 //! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`.
 //! In this frame, `f32` is precise enough.
@@ -61,8 +63,10 @@ struct HeldSolid {
 
 /// All objects of the graphics library for a scene.
 pub(crate) struct GlScene {
-    program: glow::Program,
-    uniforms: Uniforms,
+    /// Draws everything except the surroundings of a probe.
+    plain: Program,
+    /// Draws bodies that are transparent around a probe.
+    xray: Program,
     solids: Vec<HeldSolid>,
     piece_lightness: f64,
     marks: Held,
@@ -74,7 +78,9 @@ pub(crate) struct GlScene {
     by_processor: bool,
 }
 
-struct Uniforms {
+/// A program and the places of its uniforms.
+struct Program {
+    program: glow::Program,
     projection: Option<glow::UniformLocation>,
     model_view: Option<glow::UniformLocation>,
     colour: Option<glow::UniformLocation>,
@@ -95,18 +101,7 @@ impl GlScene {
         unsafe {
             let renderer = gl.get_parameter_string(glow::RENDERER);
             let by_processor = is_software(&renderer);
-            let program = program(gl, by_processor)?;
-            let uniform = |name| gl.get_uniform_location(program, name);
-            let uniforms = Uniforms {
-                projection: uniform("u_projection"),
-                model_view: uniform("u_model_view"),
-                colour: uniform("u_colour"),
-                glass: uniform("u_glass"),
-                wire: uniform("u_wire"),
-                ends: uniform("u_ends"),
-                sizes: uniform("u_sizes"),
-                part: uniform("u_part"),
-            };
+            let [plain, xray] = [Program::new(gl, by_processor, false)?, Program::new(gl, by_processor, true)?];
             let mut held = Vec::new();
             for solid in solids {
                 let mut shared = Held::new(gl)?;
@@ -116,7 +111,7 @@ impl GlScene {
                 held.push(HeldSolid { solid: Arc::clone(solid), shared, apart: None });
             }
             let (marks, canvas) = (Held::new(gl)?, Some(Canvas::new(gl)?));
-            Ok(Self { program, uniforms, solids: held, piece_lightness, marks, canvas, renderer, by_processor })
+            Ok(Self { plain, xray, solids: held, piece_lightness, marks, canvas, renderer, by_processor })
         }
     }
 
@@ -148,21 +143,37 @@ impl GlScene {
         // SAFETY: the context is current, as egui's callbacks promise. The objects belong to this
         // context, and buffers are as long as their counts say.
         unsafe {
-            gl.use_program(Some(self.program));
             gl.disable(glow::BLEND);
             gl.enable(glow::DEPTH_TEST);
             gl.depth_func(glow::LESS);
             gl.depth_mask(true);
             gl.clear_depth_f32(1.0);
             gl.clear(glow::DEPTH_BUFFER_BIT);
-            self.matrix(gl, &self.uniforms.projection, &drawing.projection);
             gl.disable(glow::CULL_FACE);
             for body in &drawing.bodies {
                 self.apart(gl, body);
             }
+            for program in [&self.plain, &self.xray] {
+                gl.use_program(Some(program.program));
+                matrix(gl, &program.projection, &drawing.projection);
+            }
             self.xrays(gl, &drawing.xrays, first);
-            for body in drawing.bodies.iter().filter(|body| !body.is_glass()) {
-                self.body(gl, body, if body.xray { BodyPart::Solid } else { BodyPart::All });
+            let transparent = drawing.bodies.iter().filter(|body| body.xray);
+            if transparent.clone().next().is_some() {
+                // The nearest depth keeps the rectangle around the probe empty.
+                self.within(gl, &drawing.xrays, first, || {
+                    gl.clear_depth_f32(0.0);
+                    gl.clear(glow::DEPTH_BUFFER_BIT);
+                    gl.clear_depth_f32(1.0);
+                });
+                transparent.clone().for_each(|body| self.body(gl, body, BodyPart::Opaque));
+                self.within(gl, &drawing.xrays, first, || {
+                    gl.clear(glow::DEPTH_BUFFER_BIT);
+                    transparent.for_each(|body| self.body(gl, body, BodyPart::Solid));
+                });
+            }
+            for body in drawing.bodies.iter().filter(|body| !body.is_glass() && !body.xray) {
+                self.body(gl, body, BodyPart::Opaque);
             }
             gl.enable(glow::BLEND);
             gl.blend_func(glow::ONE, glow::ONE_MINUS_SRC_ALPHA);
@@ -182,21 +193,22 @@ impl GlScene {
                     }
                 }
             }
-            self.matrix(gl, &self.uniforms.model_view, &DMat4::IDENTITY);
-            gl.uniform_4_f32(self.uniforms.colour.as_ref(), 0.0, 0.0, 0.0, 0.0);
-            gl.uniform_1_f32(self.uniforms.wire.as_ref(), 0.0);
-            gl.uniform_1_i32(self.uniforms.part.as_ref(), BodyPart::Patch as i32);
+            gl.use_program(Some(self.plain.program));
+            matrix(gl, &self.plain.model_view, &DMat4::IDENTITY);
+            gl.uniform_4_f32(self.plain.colour.as_ref(), 0.0, 0.0, 0.0, 0.0);
+            gl.uniform_1_f32(self.plain.wire.as_ref(), 0.0);
+            gl.uniform_1_i32(self.plain.part.as_ref(), BodyPart::Patch as i32);
             gl.disable(glow::CULL_FACE);
             self.marks.upload(gl, &drawing.patches, glow::STREAM_DRAW);
             self.marks.draw(gl);
             gl.enable(glow::CULL_FACE);
             self.marks.upload(gl, &drawing.marks, glow::STREAM_DRAW);
-            gl.uniform_1_i32(self.uniforms.part.as_ref(), BodyPart::All as i32);
+            gl.uniform_1_i32(self.plain.part.as_ref(), BodyPart::All as i32);
             gl.cull_face(glow::BACK);
             for (test, covered, keeps) in [(glow::GREATER, HIDDEN, false), (glow::LEQUAL, 1.0, true)] {
                 gl.depth_func(test);
                 gl.depth_mask(keeps);
-                gl.uniform_2_f32(self.uniforms.glass.as_ref(), covered, covered);
+                gl.uniform_2_f32(self.plain.glass.as_ref(), covered, covered);
                 self.marks.draw(gl);
             }
             // egui expects this state.
@@ -228,26 +240,28 @@ impl GlScene {
     }
 
     /// # Safety
-    /// The context is current, and the program is in use.
+    /// The context is current.
     unsafe fn body(&self, gl: &glow::Context, body: &DrawnBody, part: BodyPart) {
         let Some(held) = self.solids.get(body.solid) else { return };
         let colour = linear(body.colour).as_vec3();
-        let is_glass = part != BodyPart::Solid;
+        let is_glass = matches!(part, BodyPart::All | BodyPart::Glass);
         let (square, along) = body.glass.filter(|_| is_glass).unwrap_or((1.0, 1.0));
-        // SAFETY: the context and the program are ready, as the caller promises.
+        let program = if matches!(part, BodyPart::Solid | BodyPart::Glass) { &self.xray } else { &self.plain };
+        // SAFETY: the context is current, as the caller promises.
         unsafe {
-            self.matrix(gl, &self.uniforms.model_view, &body.model_view);
+            gl.use_program(Some(program.program));
+            matrix(gl, &program.model_view, &body.model_view);
             let own = if body.pieces { 0.0 } else { 1.0 };
-            gl.uniform_4_f32(self.uniforms.colour.as_ref(), colour.x, colour.y, colour.z, own);
-            gl.uniform_2_f32(self.uniforms.glass.as_ref(), square as f32, along as f32);
-            gl.uniform_1_f32(self.uniforms.wire.as_ref(), if body.wireframe { 1.0 } else { 0.0 });
-            gl.uniform_1_i32(self.uniforms.part.as_ref(), part as i32);
+            gl.uniform_4_f32(program.colour.as_ref(), colour.x, colour.y, colour.z, own);
+            gl.uniform_2_f32(program.glass.as_ref(), square as f32, along as f32);
+            gl.uniform_1_f32(program.wire.as_ref(), if body.wireframe { 1.0 } else { 0.0 });
+            gl.uniform_1_i32(program.part.as_ref(), part as i32);
             held.apart.as_ref().filter(|_| body.wireframe).unwrap_or(&held.shared).draw(gl);
         }
     }
 
     /// # Safety
-    /// The context is current, and the program is in use.
+    /// The context is current, and the program for x-rays is in use.
     unsafe fn xrays(&self, gl: &glow::Context, xrays: &[XRay], first: [i32; 2]) {
         let first = DVec3::new(f64::from(first[0]), f64::from(first[1]), 0.0);
         // Unused entries are far from every pixel.
@@ -260,8 +274,8 @@ impl GlScene {
         }
         // SAFETY: the context and the program are ready, as the caller promises.
         unsafe {
-            gl.uniform_3_f32_slice(self.uniforms.ends.as_ref(), &ends);
-            gl.uniform_2_f32_slice(self.uniforms.sizes.as_ref(), &sizes);
+            gl.uniform_3_f32_slice(self.xray.ends.as_ref(), &ends);
+            gl.uniform_2_f32_slice(self.xray.sizes.as_ref(), &sizes);
         }
     }
 
@@ -295,19 +309,12 @@ impl GlScene {
         }
     }
 
-    /// # Safety
-    /// The context is current, and the program is in use.
-    unsafe fn matrix(&self, gl: &glow::Context, at: &Option<glow::UniformLocation>, matrix: &DMat4) {
-        // SAFETY: the context and the program are ready, as the caller promises.
-        unsafe { gl.uniform_matrix_4_f32_slice(at.as_ref(), false, &matrix.as_mat4().to_cols_array()) };
-    }
-
     /// Releases all objects of the graphics library.
     pub(crate) fn destroy(&self, gl: &glow::Context) {
         // SAFETY: the context is current, as egui's callbacks promise, and nothing is drawn any
         // more.
         unsafe {
-            gl.delete_program(self.program);
+            [&self.plain, &self.xray].into_iter().for_each(|program| gl.delete_program(program.program));
             if let Some(canvas) = &self.canvas {
                 canvas.destroy(gl);
             }
@@ -319,6 +326,39 @@ impl GlScene {
             }
         }
     }
+}
+
+impl Program {
+    /// # Errors
+    /// Fails with the message of the graphics library.
+    ///
+    /// # Safety
+    /// The context is current.
+    unsafe fn new(gl: &glow::Context, by_processor: bool, with_xrays: bool) -> Result<Self, String> {
+        // SAFETY: the context is current, as the caller promises.
+        unsafe {
+            let program = program(gl, by_processor, with_xrays)?;
+            let uniform = |name| gl.get_uniform_location(program, name);
+            Ok(Self {
+                program,
+                projection: uniform("u_projection"),
+                model_view: uniform("u_model_view"),
+                colour: uniform("u_colour"),
+                glass: uniform("u_glass"),
+                wire: uniform("u_wire"),
+                ends: uniform("u_ends"),
+                sizes: uniform("u_sizes"),
+                part: uniform("u_part"),
+            })
+        }
+    }
+}
+
+/// # Safety
+/// The context is current, and the program is in use.
+unsafe fn matrix(gl: &glow::Context, at: &Option<glow::UniformLocation>, matrix: &DMat4) {
+    // SAFETY: the context and the program are ready, as the caller promises.
+    unsafe { gl.uniform_matrix_4_f32_slice(at.as_ref(), false, &matrix.as_mat4().to_cols_array()) };
 }
 
 impl Held {

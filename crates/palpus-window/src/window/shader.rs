@@ -4,8 +4,9 @@
 use eframe::egui_glow::ShaderVersion;
 use eframe::glow::{self, HasContext};
 
-/// Creates the program that draws bodies and marks. If `by_processor`, light is computed for
-/// corners.
+/// Creates a program that draws bodies and marks. If `by_processor`, light is computed for corners.
+/// `with_xrays`: the program can leave out pixels, which is needed around a probe. Without that, a
+/// software renderer computes no light for hidden pixels.
 ///
 /// # Errors
 ///
@@ -14,9 +15,14 @@ use eframe::glow::{self, HasContext};
 /// # Safety
 ///
 /// The context is current.
-pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<glow::Program, String> {
+pub(super) unsafe fn program(
+    gl: &glow::Context,
+    by_processor: bool,
+    with_xrays: bool,
+) -> Result<glow::Program, String> {
     let per_corner = if by_processor { PER_CORNER } else { "" };
-    let before = format!("#define XRAYS {XRAYS}\n{per_corner}{LIT}");
+    let xrays = if with_xrays { format!("#define XRAYS {XRAYS}\n") } else { String::new() };
+    let before = format!("{xrays}{per_corner}{LIT}");
     // SAFETY: the context is current, as the caller promises.
     unsafe { compiled(gl, [VERTEX, FRAGMENT], &before, &["a_point", "a_normal", "a_colour", "a_sides"]) }
 }
@@ -131,12 +137,14 @@ void main() {
 
 const FRAGMENT: &str = "
 uniform float u_wire;
+// The pass: a whole body, its opaque part, its translucent part, or a patch.
+uniform int u_part;
+#ifdef XRAYS
 // Capsules around which bodies are transparent: ends (pixels, and m from the camera), radius
-// (pixels) and reach (m). The pass: a whole body, its opaque part, its translucent part, or a
-// patch.
+// (pixels) and reach (m).
 uniform vec3 u_ends[2 * XRAYS];
 uniform vec2 u_sizes[XRAYS];
-uniform int u_part;
+#endif
 in vec3 v_sides;
 #ifdef PER_CORNER
 in vec4 v_lit;
@@ -146,6 +154,7 @@ in vec3 v_normal;
 in vec3 v_colour;
 #endif
 out vec4 f_colour;
+#ifdef XRAYS
 // Equals `XRay::solidity`.
 float solidity(vec3 one, vec3 other, vec2 sizes) {
     vec2 along = other.xy - one.xy;
@@ -155,6 +164,7 @@ float solidity(vec3 one, vec3 other, vec2 sizes) {
     float behind = smoothstep(nearest.z - 0.2 * sizes.y, nearest.z + 2.0 * sizes.y, 1.0 / gl_FragCoord.w);
     return max(beside, behind);
 }
+#endif
 void main() {
 #ifdef PER_CORNER
     vec4 seen = v_lit;
@@ -162,17 +172,17 @@ void main() {
     vec4 seen = lit(v_point, v_normal, v_colour);
     seen.rgb = sqrt(clamp(seen.rgb, 0.0, 1.0));
 #endif
-    if (u_part == 3) {
-        seen.a = v_sides.x;
-    } else if (u_part > 0) {
-        float solid = 1.0;
-        for (int k = 0; k < XRAYS; k++) {
-            solid = min(solid, solidity(u_ends[2 * k], u_ends[2 * k + 1], u_sizes[k]));
-        }
-        if ((solid < 1.0) == (u_part == 1)) { discard; }
-        seen.a = mix(seen.a, 1.0, solid);
-        if (u_part == 1) { seen.a = 1.0; }
+#ifdef XRAYS
+    float solid = 1.0;
+    for (int k = 0; k < XRAYS; k++) {
+        solid = min(solid, solidity(u_ends[2 * k], u_ends[2 * k + 1], u_sizes[k]));
     }
+    if ((solid < 1.0) == (u_part == 1)) { discard; }
+    seen.a = mix(seen.a, 1.0, solid);
+    if (u_part == 1) { seen.a = 1.0; }
+#else
+    if (u_part == 3) { seen.a = v_sides.x; }
+#endif
     if (u_wire > 0.5) {
         vec3 sides = v_sides / max(fwidth(v_sides), vec3(1e-6));
         if (min(sides.x, min(sides.y, sides.z)) < 0.8) {

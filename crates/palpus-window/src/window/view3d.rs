@@ -410,7 +410,7 @@ fn simplified(scene: &Scene, by_processor: bool) -> (Vec<Arc<Solid>>, Vec<Arc<So
 }
 
 /// Largest number of triangles of a body with software rendering.
-const MOST_BY_PROCESSOR: usize = 18_000;
+const MOST_BY_PROCESSOR: usize = 14_000;
 /// Largest number of triangles of a body for the shadow.
 const MOST_SHADOWING: usize = 3000;
 

@@ -41,11 +41,16 @@ impl DrawnBody {
 /// Which part of a body is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BodyPart {
+    /// All of it, translucent if the body is.
     All = 0,
+    /// Of a body that is transparent around a probe: the opaque pixels.
     Solid = 1,
+    /// Of a body that is transparent around a probe: the translucent pixels.
     Glass = 2,
     /// A patch, whose corners have their opacity.
     Patch = 3,
+    /// All of it, opaque.
+    Opaque = 4,
 }
 
 /// One frame.
