@@ -77,15 +77,17 @@ impl WayIn {
         Pose { translation: start.translation + self.towards * (self.travel + beyond), ..start }
     }
 
-    /// Returns the pose on the path at the distance [`FARTHEST`] before first touch; `None` if
-    /// `start` is not farther away.
-    pub(crate) fn nearer(&self, start: Pose) -> Option<Pose> {
-        (self.travel > FARTHEST).then(|| self.end(start, -FARTHEST))
+    /// Returns the pose on the path at a distance before first touch: the size of the larger body
+    /// (`larger`, m), at most [`FARTHEST`]. `None` if `start` is not farther away.
+    pub(crate) fn nearer(&self, start: Pose, larger: f64) -> Option<Pose> {
+        let farthest = larger.min(FARTHEST);
+        (self.travel > farthest).then(|| self.end(start, -farthest))
     }
 }
 
 /// Returns a hand for a scene without a path. The hand moves from the start until the bodies touch,
-/// a little deeper, and back, and repeats this motion. Poses place the probe's mesh in the world.
+/// a little deeper, presses for a while, goes back, and repeats this motion. Poses place the probe's
+/// mesh in the world.
 pub(crate) fn approach(ways: &mut Ways, start: Pose, placed: Pose, tolerance: f64, mode: CouplingMode) -> HandPath {
     let way = ways.find(start, placed, tolerance);
     let size = ways.probe.size().min(ways.environment.size());
@@ -99,7 +101,13 @@ pub(crate) fn approach(ways: &mut Ways, start: Pose, placed: Pose, tolerance: f6
     let pressed = Pose { translation: touch.translation + way.inward * press, ..touch };
     let slow = (way.travel / APPROACH_SPEED).clamp(APPROACH_TIME[0], APPROACH_TIME[1]);
     let period = slow.max(way.travel / MOST_SPEED);
-    HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
+    let keys = [
+        Key::rest(0.0, start),
+        Key::rest(period, pressed),
+        Key::rest(period + PRESS_TIME, pressed),
+        Key::rest(2.0 * period + PRESS_TIME, start),
+    ];
+    HandPath::cyclic(&keys)
 }
 
 /// Largest number of steps of the search for first touch. The search converges linearly, so the
@@ -111,6 +119,8 @@ const PRESS_TOLERANCES: f64 = 3.0;
 /// could pass through a small body, so [`LEAST_PRESS_SHARE`] of the smaller body is the limit.
 const LEAST_PRESS: f64 = 3e-3;
 const LEAST_PRESS_SHARE: f64 = 0.1;
+/// Time for which the hand presses, s.
+const PRESS_TIME: f64 = 0.4;
 /// Mean speed of the hand, m/s.
 const APPROACH_SPEED: f64 = 0.05;
 /// Duration of the approach, s. For longer or shorter paths the speed changes, so that a person
@@ -140,13 +150,15 @@ mod tests {
             let path =
                 approach(&mut Ways::new(&body, &body), start, Pose::IDENTITY, 0.01 * size, CouplingMode::Coupled);
             // The tolerance ends the way a little beyond 2 sizes.
-            let slowest = 2.0 * APPROACH_TIME[1].max(2.01 * size / MOST_SPEED);
+            let slowest = 2.0 * APPROACH_TIME[1].max(2.01 * size / MOST_SPEED) + PRESS_TIME;
             assert!(path.duration() <= slowest, "{size}: the hand returns only after {} s", path.duration());
             let speed = (0..4000u32).map(|k| path.twist(f64::from(k) * 1e-3).linear.length()).fold(0.0, f64::max);
             assert!(speed < 2.5, "{size}: {speed} m/s");
             let way = Ways::new(&body, &body).find(start, Pose::IDENTITY, 0.01 * size);
-            let nearer = way.nearer(start).map(|nearer| nearer.translation.z - size);
-            assert!(nearer.map_or(2.0 * size <= FARTHEST, |gap| (gap - FARTHEST).abs() < 1e-2), "{size}: {nearer:?}");
+            let farthest = body.size().min(FARTHEST);
+            let nearer = way.nearer(start, body.size()).map(|nearer| nearer.translation.z - size);
+            let is_near = nearer.is_some_and(|gap| (gap - farthest).abs() < 0.02 * size);
+            assert!(is_near, "{size}: {nearer:?} for {farthest}");
         }
     }
 
