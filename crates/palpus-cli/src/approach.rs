@@ -85,9 +85,9 @@ impl WayIn {
     }
 }
 
-/// Returns a hand for a scene without a path. The hand moves from the start until the bodies touch,
-/// a little deeper, presses for a while, goes back, and repeats this motion. Poses place the probe's
-/// mesh in the world.
+/// Returns a hand for a scene without a path. The hand moves from the start until the bodies
+/// touch, a little deeper, presses for a while, goes back, and repeats this motion. Poses place
+/// the probe's mesh in the world.
 pub(crate) fn approach(ways: &mut Ways, start: Pose, placed: Pose, tolerance: f64, mode: CouplingMode) -> HandPath {
     let way = ways.find(start, placed, tolerance);
     let size = ways.probe.size().min(ways.environment.size());

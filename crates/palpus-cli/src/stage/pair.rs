@@ -4,9 +4,10 @@
 //!    ([`LikelyUnit`]), and a note tells which.
 //! 2. The text of a scene file with these meshes and units is made. All other values are chosen as
 //!    for a scene file that leaves them out ([`crate::gaps`]).
-//! 3. The scene is prepared from this text as if it were a file in the folder that has both meshes
-//!    in it. The recording contains the text, so the run can be replayed, and saved from the window,
-//!    like the run of a scene file. The file itself is not written.
+//! 3. The scene is prepared from this text as if it were a file in the smallest folder that
+//!    contains both meshes, or in the current folder if that contains them. The recording contains
+//!    the text, so the run can be replayed and saved from the window like the run of a scene file.
+//!    The file itself is not written.
 
 use std::path::{Path, PathBuf};
 use std::thread;
