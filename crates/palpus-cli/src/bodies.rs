@@ -85,7 +85,7 @@ pub(crate) fn prepare_two(
     prepared
 }
 
-/// What a bar calls two bodies that are prepared together.
+/// Name of two bodies that are prepared together, in reports of progress.
 const BOTH: &str = "both bodies";
 
 /// Prepares the polygons of a model file, and reports progress to `teller`.

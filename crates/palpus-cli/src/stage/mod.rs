@@ -21,10 +21,12 @@ use palpus_scenes::HandPath;
 
 use crate::hand_path::{Following, follow};
 
-pub(crate) use pair::{of_pair, pair_name};
-pub(crate) use prepare::{Part, no_scene, of_built_in, of_file, prepare};
 #[cfg(feature = "window")]
-pub(crate) use prepare::{of_text, prepare_telling};
+pub(crate) use pair::of_pair_again;
+pub(crate) use pair::{of_pair, pair_name};
+#[cfg(feature = "window")]
+pub(crate) use prepare::prepare_telling;
+pub(crate) use prepare::{Part, no_scene, of_built_in, of_file, prepare};
 
 /// Everything that a run needs.
 #[derive(Clone)]
@@ -45,6 +47,8 @@ pub(crate) struct Stage {
     pub(crate) path: HandPath,
     /// True if the path is followed to its end, back to its start, and so on.
     pub(crate) to_and_fro: bool,
+    /// False for a scene of two meshes from the command line: only its text is recorded.
+    pub(crate) has_file: bool,
     /// Name of the scene's hand, if the scene states a hand.
     pub(crate) hand: Option<&'static str>,
     /// The scene's ticks per second, if the scene states them.
@@ -97,6 +101,12 @@ impl Stage {
         };
         let coupling = SceneCoupling { mode, ..self.coupling };
         coupling.settings(&Settings { limits, ..self.settings }, 1.0 / rate_hz)
+    }
+
+    /// Returns the text of a scene that has no file.
+    #[cfg(feature = "window")]
+    pub(crate) fn text_without_file(&self) -> Option<&str> {
+        self.recorded.text.as_deref().filter(|_| !self.has_file)
     }
 
     /// Returns the ticks per second: the user's value, or the scene's.

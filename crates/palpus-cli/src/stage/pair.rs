@@ -14,7 +14,7 @@ use std::thread;
 
 use anyhow::{Context, anyhow, bail};
 use glam::DVec3;
-use palpus::body::PolygonSoup;
+use palpus::body::{Aabb, PolygonSoup};
 use palpus_io::scene::{FilePolicy, LikelyUnit, SceneBody, metres, parse_scene};
 
 use super::Stage;
@@ -33,7 +33,15 @@ pub(crate) fn of_pair(files: [&str; 2], units: &[String]) -> anyhow::Result<Stag
     // The user named both meshes.
     let scene = parse_scene(&text, &path, FilePolicy::Anywhere)?;
     let of = |part: Part, _: &SceneBody| Ok(soups[usize::from(part != Part::Probe)].clone());
-    of_file(&path, scene, &of, &Teller::Bar)
+    Ok(Stage { has_file: false, ..of_file(&path, scene, &of, &Teller::Bar)? })
+}
+
+/// Prepares the scene of two meshes again, from its recorded `text` and `path`.
+#[cfg(feature = "window")]
+pub(crate) fn of_pair_again(path: &Path, text: &str, teller: &Teller<'_>) -> anyhow::Result<Stage> {
+    let scene = parse_scene(text, path, FilePolicy::Anywhere)?;
+    let of = |_: Part, body: &SceneBody| Ok(bodies::read_mesh(&body.mesh)?);
+    Ok(Stage { has_file: false, ..of_file(path, scene, &of, teller)? })
 }
 
 /// Returns the name of the scene of two meshes.
@@ -73,10 +81,9 @@ fn chosen(units: &[String], soups: &[PolygonSoup; 2]) -> anyhow::Result<[String;
         _ => bail!("--unit can be given twice: for the probe and for the environment"),
     }
     let sizes = soups.each_ref().map(|soup| {
-        let bounds = soup.vertices.iter().map(|vertex| [*vertex; 2]);
-        bounds.reduce(|[low, high], [point, _]| [low.min(point), high.max(point)])
+        let bounds = Aabb::around(soup.vertices.iter().copied());
+        (bounds.max - bounds.min).max(DVec3::ZERO)
     });
-    let sizes = sizes.map(|bounds| bounds.map_or(DVec3::ZERO, |[low, high]| high - low));
     let units = LikelyUnit::of_pair(sizes, [None; 2]).unwrap_or_else(|| sizes.map(LikelyUnit::of));
     let across = |k: usize| crate::gaps::length(sizes[k].length() * units[k].metres());
     let (across, names) = ([across(0), across(1)], units.map(LikelyUnit::name));
@@ -92,17 +99,16 @@ fn chosen(units: &[String], soups: &[PolygonSoup; 2]) -> anyhow::Result<[String;
     Ok(units.map(|unit| unit.name().to_owned()))
 }
 
-/// Returns the path of the scene's file if it were written (step 3), and the meshes as this file
-/// names them.
-fn place(files: [&Path; 2]) -> anyhow::Result<(PathBuf, [PathBuf; 2])> {
+/// Returns a free path for the scene's file (step 3), and the meshes as this file names them.
+fn place(typed: [&Path; 2]) -> anyhow::Result<(PathBuf, [PathBuf; 2])> {
     let real = |file: &Path| file.canonicalize().with_context(|| format!("{} cannot be read", file.display()));
-    let meshes = [real(files[0])?, real(files[1])?];
+    let meshes = [real(typed[0])?, real(typed[1])?];
     let here = std::env::current_dir().and_then(|folder| folder.canonicalize()).unwrap_or_default();
     let mut folders = std::iter::once(here.as_path()).chain(meshes[0].ancestors().skip(1));
     let folder = folders.find(|folder| meshes.iter().all(|mesh| mesh.starts_with(folder))).unwrap_or(&here);
     let named = meshes.each_ref().map(|mesh| mesh.strip_prefix(folder).unwrap_or(mesh).to_owned());
-    let name = pair_name(files.map(|file| file.to_str().unwrap_or("mesh")));
-    Ok((folder.join(name + ".toml"), named))
+    let name = pair_name(typed.map(|file| file.to_str().unwrap_or("mesh")));
+    Ok((files::free(&folder.join(name + ".toml")), named))
 }
 
 /// Returns the text of the scene file (step 2).

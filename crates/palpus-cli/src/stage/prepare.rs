@@ -49,14 +49,6 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     bail!("{}, or name a scene file (TOML)", no_scene(name))
 }
 
-/// Prepares a scene from its `text` as in the file `path`, which need not exist. The caller has
-/// allowed the files that the scene names.
-#[cfg(feature = "window")]
-pub(crate) fn of_text(path: &Path, text: &str, teller: &Teller<'_>) -> anyhow::Result<Stage> {
-    let file = palpus_io::scene::parse_scene(text, path, FilePolicy::Anywhere)?;
-    of_file(path, file, &|_, body| Ok(bodies::read_mesh(&body.mesh)?), teller)
-}
-
 /// Returns the error text for an unknown scene: a similar name, and all names.
 pub(crate) fn no_scene(name: &str) -> String {
     let scenes = palpus_scenes::scenes();
@@ -144,6 +136,7 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
         coupling: SceneCoupling::default(),
         path: scene.path.clone(),
         to_and_fro: false,
+        has_file: true,
         hand: None,
         rate_hz: None,
         recorded,
@@ -248,6 +241,7 @@ pub(crate) fn of_file(
         coupling: file.coupling,
         path: path_of_hand,
         to_and_fro: false,
+        has_file: true,
         hand: Some(hand),
         rate_hz: Some(file.rate_hz),
         recorded,

@@ -31,7 +31,7 @@ use crate::{bodies, files, gaps};
 /// Parts of the current run that the next run keeps.
 pub(super) struct Present {
     source: SceneSource,
-    /// The text of the scene file.
+    /// The text of a scene without a file: of two meshes from the command line.
     text: Option<String>,
     /// Start pose of the probe and pose of the environment, in the world.
     probe: Pose,
@@ -72,18 +72,11 @@ impl Present {
     pub(super) fn of(stage: &Stage) -> Self {
         Self {
             source: stage.recorded.source.clone(),
-            text: stage.recorded.text.clone(),
+            text: stage.text_without_file().map(str::to_owned),
             probe: stage.path.pose(0.0),
             environment: stage.environment_pose,
             settings: stage.settings,
         }
-    }
-
-    /// Returns the text of the present scene if `file` is its file and does not exist: a run of two
-    /// meshes has no scene file.
-    pub(super) fn text_of(&self, file: &Path) -> Option<&str> {
-        let is_present = matches!(&self.source, SceneSource::File(path) if Path::new(path) == file);
-        self.text.as_deref().filter(|_| is_present && !file.exists())
     }
 
     /// Makes a scene in which these meshes are the probe and the environment, in a new folder below
@@ -128,7 +121,7 @@ impl Present {
             }
             SceneSource::File(path) => {
                 let path = Path::new(path);
-                let scene = match self.text_of(path) {
+                let scene = match &self.text {
                     Some(text) => parse_scene(text, path, FilePolicy::Anywhere)?,
                     None => read_scene(path, FilePolicy::Anywhere)?,
                 };

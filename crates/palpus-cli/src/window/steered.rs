@@ -144,8 +144,9 @@ impl<'a> Steered<'a> {
         Ok(())
     }
 
-    /// Prepares the requested scene while the current run goes on.
-    fn begin_loading(&mut self, wanted: Wanted, start: Option<Start>) -> Result<(), String> {
+    /// Prepares the requested scene while the current run goes on. `text`: of a scene that has no
+    /// file.
+    fn begin_loading(&mut self, wanted: Wanted, text: Option<String>, start: Option<Start>) -> Result<(), String> {
         let session = self.session.as_ref().ok_or("the run is over")?;
         let lead_out = self.arguments.lead_out || start.is_some_and(|start| start.lead_out);
         let arguments = RunArguments { lead_out, ..self.arguments.clone() };
@@ -155,7 +156,9 @@ impl<'a> Steered<'a> {
             Wanted::SceneFile(file) => format!("reading {}", file.display()),
             Wanted::Meshes { .. } => "reading meshes".to_owned(),
         };
-        self.loader.begin(&words, move |tell| prepared(&wanted, start.as_ref(), &present, &arguments, tell))?;
+        self.loader.begin(&words, move |tell| {
+            prepared(&wanted, text.as_deref(), start.as_ref(), &present, &arguments, tell)
+        })?;
         self.is_moved[1] = start.is_some_and(|start| start.probe.is_some());
         Ok(())
     }
@@ -168,6 +171,7 @@ impl<'a> Steered<'a> {
 /// Prepares the requested scene on its own thread.
 fn prepared(
     wanted: &Wanted,
+    text: Option<&str>,
     start: Option<&Start>,
     present: &Present,
     arguments: &RunArguments,
@@ -183,8 +187,8 @@ fn prepared(
     };
     let calls = |body: &str, done: f64| tell(&format!("preparing {body}"), Some(done));
     let teller = Teller::Calls(&calls);
-    let mut stage = match present.text_of(Path::new(&name)) {
-        Some(text) => stage::of_text(Path::new(&name), text, &teller)?,
+    let mut stage = match text {
+        Some(text) => stage::of_pair_again(Path::new(&name), text, &teller)?,
         None => stage::prepare_telling(&name, policy, &teller)?,
     };
     if let Some(start) = start {
@@ -389,7 +393,7 @@ impl Run for Steered<'_> {
                 environment.iter().chain(probe).map(|opened| opened.file.clone()).collect()
             }
         };
-        self.begin_loading(wanted, None)?;
+        self.begin_loading(wanted, None, None)?;
         self.opened = opened;
         Ok(())
     }
@@ -400,7 +404,8 @@ impl Run for Steered<'_> {
             SceneSource::BuiltIn(name) => Wanted::Scene(name.clone()),
             SceneSource::File(path) => Wanted::SceneFile(PathBuf::from(path)),
         };
-        self.begin_loading(wanted, at)
+        let text = session.stage().text_without_file().map(str::to_owned);
+        self.begin_loading(wanted, text, at)
     }
 
     fn save(&mut self) -> Result<PathBuf, String> {

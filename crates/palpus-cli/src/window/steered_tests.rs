@@ -159,9 +159,14 @@ fn two_meshes_without_a_scene_file_restart_and_are_saved() {
         run.restart(None).expect("the restart begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
         assert!(run.replaced().is_some(), "the pair must start again");
+        let stiffness = run.settings().stiffness;
+        run.set_settings(&Settings { stiffness: 1234.0, ..run.settings() }).expect("the settings are valid");
         let saved = run.save().expect("the scene can be saved");
+        // The file does not replace the scene, but it can be opened.
+        run.restart(None).expect("the restart begins");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        assert_eq!(run.settings().stiffness, stiffness);
         assert_eq!(Some(&saved), folder.canonicalize().ok().map(|folder| folder.join("tool-part.toml")).as_ref());
-        std::fs::remove_file(saved).expect("the saved scene can be removed");
         // The part stays.
         let file = folder.join("other.obj");
         std::fs::write(&file, CUBE).expect("the file can be written");
@@ -170,6 +175,9 @@ fn two_meshes_without_a_scene_file_restart_and_are_saved() {
         until(&mut run, |run| run.loading() == Loading::Idle);
         let (scene, _) = run.replaced().expect("the probe is replaced");
         assert_eq!(scene.bodies.len(), 2);
+        run.load(Wanted::SceneFile(saved)).expect("the loading starts");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        assert!((run.settings().stiffness - 1234.0).abs() < 1e-6);
     });
 }
 

@@ -124,6 +124,7 @@ fn wrong_force_report_is_counted_and_withholds() {
             device.write(&wrench(DVec3::X)).unwrap();
             std::thread::sleep(Duration::from_millis(1));
         }
+        drive_until_withheld(&mut device, true);
     }
 }
 

@@ -43,9 +43,9 @@ impl DrawnBody {
 pub(super) enum BodyPart {
     /// All of it, translucent if the body is.
     All = 0,
-    /// Of a body that is transparent around a probe: the opaque pixels.
+    /// The opaque pixels of a body that is transparent around a probe.
     Solid = 1,
-    /// Of a body that is transparent around a probe: the translucent pixels.
+    /// The translucent pixels of a body that is transparent around a probe.
     Glass = 2,
     /// A patch, whose corners have their opacity.
     Patch = 3,

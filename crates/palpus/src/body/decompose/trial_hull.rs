@@ -105,6 +105,7 @@ impl TrialHull {
         for (k, p) in points.iter().enumerate() {
             if !simplex.contains(&k) {
                 self.insert(*p);
+                // Removed faces would slow down the next insertion.
                 self.settle();
             }
         }
