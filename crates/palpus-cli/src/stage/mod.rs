@@ -48,6 +48,7 @@ pub(crate) struct Stage {
     /// True if the path is followed to its end, back to its start, and so on.
     pub(crate) to_and_fro: bool,
     /// False for a scene of two meshes from the command line: only its text is recorded.
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window starts a scene again"))]
     pub(crate) has_file: bool,
     /// Name of the scene's hand, if the scene states a hand.
     pub(crate) hand: Option<&'static str>,
