@@ -28,16 +28,16 @@
 //!
 //! [`Linkage::new`] allocates all memory.
 
+mod admit;
 mod cut;
 mod link;
 mod validate;
-
-use std::cmp::Ordering;
 
 use glam::DVec3;
 
 use super::tilt::{TiltShares, Tilted};
 use crate::detect::Contact;
+use admit::{Candidate, Key};
 use link::{Cell, Run};
 
 /// Parameters of clustering.
@@ -66,7 +66,8 @@ pub struct LinkageCounters {
     /// Number of contacts that are in a cluster.
     pub admitted: u32,
     /// Number of contacts left out because their number exceeded the capacity or
-    /// [`LinkageSettings::most`]. Contacts inside a flat face are not counted.
+    /// [`LinkageSettings::most`]. Contacts that were found to be inside a flat face are not
+    /// counted.
     pub dropped: u32,
     /// Number of contacts left out because one of their numbers was not finite.
     pub non_finite: u32,
@@ -92,12 +93,16 @@ pub struct Linkage {
     order: Vec<u32>,
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
-    /// Memory for the corners of one patch.
+    /// Memory to sort the contacts.
+    keys: Vec<Key>,
+    /// Memory for the corners of one patch, or of all patches.
     corners: Vec<Tilted>,
     tilts: TiltShares,
-    /// Contacts and their tilt shares, by contact, if contacts inside flat faces were left out.
+    /// Memory to choose contacts.
+    candidates: Vec<Candidate>,
+    /// Contacts and their tilt shares, by contact, if contacts were left out.
     kept: Vec<(u32, f64)>,
-    /// The tilt shares of the members, if contacts inside flat faces were left out.
+    /// The tilt shares of the members, if contacts were left out.
     shares: Vec<f64>,
     /// Label of each rank; contacts with different labels are never linked.
     labels: Vec<u32>,
@@ -116,33 +121,6 @@ pub struct Linkage {
     to_leader: Vec<f64>,
 }
 
-/// Cosine of 60°: contacts whose directions differ by more have clearly different normals.
-const ELSEWHERE: f64 = 0.5;
-
-/// Moves the `count` deepest contacts of `order` to its front, unsorted.
-fn deepest_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
-    if count < order.len() {
-        order.select_nth_unstable_by(count, |&i, &j| deeper(&contacts[i as usize], &contacts[j as usize]));
-    }
-}
-
-/// Moves the `count` contacts that represent most contacts to the front of `order`, unsorted. Of
-/// equal ones, the deeper come first. So a sample, which is spread evenly over a face, is not
-/// displaced by contacts that are hardly deeper and are all at one side.
-fn most_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
-    if count < order.len() {
-        order.select_nth_unstable_by(count, |&i, &j| {
-            let (first, second) = (&contacts[i as usize], &contacts[j as usize]);
-            second.count.total_cmp(&first.count).then_with(|| deeper(first, second))
-        });
-    }
-}
-
-/// Orders contacts by their separations.
-fn deeper(first: &Contact, second: &Contact) -> Ordering {
-    first.separation.total_cmp(&second.separation).then_with(|| canonical(first, second))
-}
-
 impl Linkage {
     /// Allocates memory for clusters of at most `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
@@ -151,8 +129,10 @@ impl Linkage {
             order: Vec::with_capacity(2 * capacity + 1),
             points: Vec::with_capacity(capacity),
             normals: Vec::with_capacity(capacity),
+            keys: Vec::with_capacity(capacity),
             corners: Vec::with_capacity(capacity),
             tilts: TiltShares::new(capacity),
+            candidates: Vec::with_capacity(capacity),
             kept: Vec::with_capacity(capacity),
             shares: Vec::with_capacity(capacity),
             labels: Vec::with_capacity(capacity),
@@ -233,93 +213,15 @@ impl Linkage {
         &self.directions
     }
 
-    /// Returns the tilt shares of the members, parallel to [`Self::members`], if contacts inside
-    /// flat faces were left out. The shares cannot be computed from the members alone.
+    /// Returns the tilt shares of the members, parallel to [`Self::members`], if contacts were left
+    /// out. The shares cannot be computed from the members alone.
     pub fn tilt_shares(&self) -> Option<&[f64]> {
         (!self.kept.is_empty()).then_some(&self.shares)
     }
 
-    /// Step 1. Collects at most twice the capacity of contacts. When the list is full, keeps the
-    /// deepest half, so the work stays linear.
-    fn admit(&mut self, contacts: &[Contact], settings: &LinkageSettings) -> LinkageCounters {
-        let mut counters = LinkageCounters::default();
-        self.order.clear();
-        for (i, contact) in contacts.iter().enumerate() {
-            if !contact.is_finite() {
-                counters.non_finite += 1;
-            } else if contact.separation < settings.tolerance {
-                if self.order.len() == 2 * self.capacity {
-                    self.keep_deepest(contacts);
-                }
-                self.order.push(i as u32);
-                counters.admitted += 1;
-            }
-        }
-        self.keep_deepest(contacts);
-        let admitted = self.order.len();
-        self.leave_inner(contacts, settings);
-        counters.admitted -= (admitted - self.order.len()) as u32;
-        self.seat(contacts, settings.most);
-        counters.dropped = counters.admitted - self.order.len() as u32;
-        counters.admitted = self.order.len() as u32;
-        counters
-    }
-
-    fn keep_deepest(&mut self, contacts: &[Contact]) {
-        deepest_first(&mut self.order, self.capacity, contacts);
-        self.order.truncate(self.capacity);
-    }
-
-    /// Leaves out contacts inside flat faces if there are more than [`LinkageSettings::most`].
-    /// They bear no load, but among many equally deep contacts they would be chosen before the
-    /// rim. The tilt shares of the other contacts are kept, because without the left out contacts
-    /// they would differ.
-    fn leave_inner(&mut self, contacts: &[Contact], settings: &LinkageSettings) {
-        self.kept.clear();
-        if self.order.len() <= settings.most || settings.radius > 0.0 {
-            return;
-        }
-        // The corners of a patch must be adjacent.
-        self.order.sort_unstable_by(|&i, &j| canonical(&contacts[i as usize], &contacts[j as usize]));
-        self.corners.clear();
-        let corner = |&i: &u32| Tilted::of(&contacts[i as usize], settings.contact_offset);
-        self.corners.extend(self.order.iter().map(corner));
-        let shares = self.tilts.run(&self.corners);
-        self.kept.extend(self.order.iter().zip(shares).map(|(&i, &share)| (i, share)).filter(|kept| kept.1 > 0.0));
-        self.order.clear();
-        self.order.extend(self.kept.iter().map(|kept| kept.0));
-        self.kept.sort_unstable_by_key(|kept| kept.0);
-    }
-
-    /// Reduces the number of contacts to `most`.
-    fn seat(&mut self, contacts: &[Contact], most: usize) {
-        if self.order.len() <= most {
-            return;
-        }
-        let half = most.div_ceil(2);
-        deepest_first(&mut self.order, half, contacts);
-        let (deepest, others) = self.order.split_at_mut(half);
-        let normal = |i: u32| contacts[i as usize].normal;
-        let pushed = deepest.iter().map(|&i| normal(i)).sum::<DVec3>().normalize_or_zero();
-        // Contacts with clearly different normals come before the rest.
-        let mut turned = 0;
-        for k in 0..others.len() {
-            if normal(others[k]).dot(pushed) < ELSEWHERE {
-                others.swap(k, turned);
-                turned += 1;
-            }
-        }
-        let seats = most - half;
-        deepest_first(&mut others[..turned], seats, contacts);
-        if turned < seats {
-            most_first(&mut others[turned..], seats - turned, contacts);
-        }
-        self.order.truncate(most);
-    }
-
     /// Step 2: sorts the contacts, and collects their midpoints and force directions.
     fn place_in_order(&mut self, contacts: &[Contact], direction: &mut impl FnMut(&Contact) -> DVec3) {
-        self.order.sort_unstable_by(|&i, &j| canonical(&contacts[i as usize], &contacts[j as usize]));
+        self.sort(contacts);
         self.points.clear();
         self.points.extend(self.order.iter().map(|&i| contacts[i as usize].midpoint()));
         self.normals.clear();
@@ -381,15 +283,4 @@ impl Linkage {
             *last = n as u32;
         }
     }
-}
-
-/// Orders contacts by their values alone, not by their indices.
-fn canonical(first: &Contact, second: &Contact) -> Ordering {
-    let by_pieces = (first.piece_a, first.piece_b).cmp(&(second.piece_a, second.piece_b));
-    by_pieces.then_with(|| first.separation.total_cmp(&second.separation)).then_with(|| {
-        let numbers = |c: &Contact| [c.point_a, c.point_b, c.normal].map(|v| v.to_array());
-        let (first, second) = (numbers(first), numbers(second));
-        let pairs = first.as_flattened().iter().zip(second.as_flattened());
-        pairs.map(|(x, y)| x.total_cmp(y)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
-    })
 }

@@ -87,9 +87,11 @@ impl Tilted {
 /// Corners of one patch are adjacent in the set.
 #[derive(Clone, Debug)]
 pub struct TiltShares {
-    /// Contacts sorted by their first coordinate, so contacts at one position are near each other
-    /// in the list.
-    sorted: Vec<u32>,
+    /// The coordinate along [`ALONG`] and the index of each contact with a patch. The list is
+    /// sorted, so contacts at one position are near each other in it.
+    sorted: Vec<(f64, u32)>,
+    /// The place of each contact in `sorted`.
+    places: Vec<u32>,
     /// Begin and end of the patch of each contact.
     patches: Vec<[u32; 2]>,
     shares: Vec<f64>,
@@ -101,11 +103,15 @@ pub struct TiltShares {
 #[derive(Clone, Debug)]
 struct Cell {
     /// The corners before and after the last cut.
-    corners: [[DVec2; Self::MOST]; 2],
+    corners: [[DVec2; Self::ROOM]; 2],
     /// Index of the current list in `corners`.
     now: usize,
     count: usize,
 }
+
+/// A direction that is hardly a normal of a mesh, so few contacts have equal coordinates along it.
+/// Its length is at most 1.
+const ALONG: DVec3 = DVec3::new(0.6180, 0.5437, 0.5671);
 
 /// Effect of a contact on the cell of another contact.
 enum Bound {
@@ -131,6 +137,7 @@ impl TiltShares {
     pub fn new(capacity: usize) -> Self {
         Self {
             sorted: Vec::with_capacity(capacity),
+            places: Vec::with_capacity(capacity),
             patches: Vec::with_capacity(capacity),
             shares: Vec::with_capacity(capacity),
             cell: Cell::EMPTY,
@@ -139,25 +146,17 @@ impl TiltShares {
 
     /// Computes the tilt share of each of the `contacts`, from 0 to 1.
     pub fn run(&mut self, contacts: &[Tilted]) -> &[f64] {
-        self.sort(contacts);
+        self.prepare(contacts);
         self.shares.clear();
-        self.shares.resize(contacts.len(), 1.0);
-        for k in 0..self.sorted.len() {
-            let i = self.sorted[k] as usize;
-            self.shares[i] = match self.patches_at(k, contacts) {
-                Some(at_corner) => self.share(i, &at_corner, contacts),
-                None => 0.0,
-            };
+        for i in 0..contacts.len() {
+            let share = self.share_of(i, contacts);
+            self.shares.push(share);
         }
         &self.shares
     }
 
-    /// Returns the shares of the last run.
-    pub fn shares(&self) -> &[f64] {
-        &self.shares
-    }
-
-    fn sort(&mut self, contacts: &[Tilted]) {
+    /// Prepares [`Self::share_of`] for these contacts.
+    pub(super) fn prepare(&mut self, contacts: &[Tilted]) {
         self.patches.clear();
         for patch in contacts.chunk_by(|one, other| one.slope > 0.0 && one.pieces == other.pieces) {
             let first = self.patches.len() as u32;
@@ -165,22 +164,40 @@ impl TiltShares {
             self.patches.extend(patch.iter().map(|_| range));
         }
         self.sorted.clear();
-        self.sorted.extend((0..contacts.len() as u32).filter(|&i| contacts[i as usize].slope > 0.0));
-        let first = |i: &u32| contacts[*i as usize].place.x;
-        self.sorted.sort_unstable_by(|i, j| first(i).total_cmp(&first(j)).then(i.cmp(j)));
+        let of_patch = contacts.iter().enumerate().filter(|(_, contact)| contact.slope > 0.0);
+        self.sorted.extend(of_patch.map(|(i, contact)| (ALONG.dot(contact.place), i as u32)));
+        self.sorted.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
+        self.places.clear();
+        self.places.resize(contacts.len(), 0);
+        for (k, &(_, i)) in self.sorted.iter().enumerate() {
+            self.places[i as usize] = k as u32;
+        }
     }
 
-    /// Returns the patches with a corner at the position of the `k`-th sorted contact. `None` if
-    /// another contact represents this position: a deeper contact, or an earlier contact of equal
-    /// depth.
-    fn patches_at(&self, k: usize, contacts: &[Tilted]) -> Option<PatchesAtCorner> {
-        let i = self.sorted[k] as usize;
-        let one = &contacts[i];
+    /// Returns the tilt share of contact `i` of the prepared `contacts`, from 0 to 1.
+    pub(super) fn share_of(&mut self, i: usize, contacts: &[Tilted]) -> f64 {
+        if contacts[i].slope > 0.0 {
+            self.patches_at(i, contacts).map_or(0.0, |at_corner| self.share(i, &at_corner, contacts))
+        } else {
+            1.0
+        }
+    }
+
+    /// Returns the shares of the last run.
+    pub fn shares(&self) -> &[f64] {
+        &self.shares
+    }
+
+    /// Returns the patches with a corner at the position of contact `i`. `None` if another contact
+    /// represents this position: a deeper contact, or an earlier contact of equal depth.
+    fn patches_at(&self, i: usize, contacts: &[Tilted]) -> Option<PatchesAtCorner> {
+        let (one, k) = (&contacts[i], self.places[i] as usize);
         let mut at_corner = PatchesAtCorner { patches: [self.patches[i]; MEET], count: 1 };
         let same = TILT_SAME * one.place.length();
-        let near = |j: &&u32| (contacts[**j as usize].place.x - one.place.x).abs() <= same;
+        let here = self.sorted[k].0;
+        let near = |other: &&(f64, u32)| (other.0 - here).abs() <= same;
         let (before, after) = (self.sorted[..k].iter().rev(), self.sorted[k + 1..].iter());
-        for &j in before.take_while(near).chain(after.take_while(near)) {
+        for &(_, j) in before.take_while(near).chain(after.take_while(near)) {
             let j = j as usize;
             let other = &contacts[j];
             if !is_at(one, other)
@@ -212,6 +229,9 @@ impl TiltShares {
                     Bound::None => {}
                     Bound::All => return 0.0,
                     Bound::Half { normal, offset } => self.cell.cut(normal, offset),
+                }
+                if self.cell.count == 0 {
+                    return 0.0;
                 }
             }
         }
@@ -251,7 +271,7 @@ fn bound(one: &Tilted, other: &Tilted, [x, y]: [DVec3; 2]) -> Bound {
     if higher + lighter >= 1.0 + f64::EPSILON * 4.0 {
         return Bound::None;
     }
-    let turned = one.direction.cross(other.direction).length();
+    let turned = if one.direction == other.direction { 0.0 } else { one.direction.cross(other.direction).length() };
     let offset = higher + turned / one.slope + lighter;
     if offset >= 1.0 {
         Bound::None
@@ -266,7 +286,10 @@ impl Cell {
     /// Largest number of corners of a cell; a cut that would exceed it is skipped.
     const MOST: usize = 32;
 
-    const EMPTY: Self = Self { corners: [[DVec2::ZERO; Self::MOST]; 2], now: 0, count: 0 };
+    /// Room for the corners, and for one value that [`Self::cut`] writes and does not keep.
+    const ROOM: usize = Self::MOST + 1;
+
+    const EMPTY: Self = Self { corners: [[DVec2::ZERO; Self::ROOM]; 2], now: 0, count: 0 };
 
     /// Resets the cell to the whole square.
     fn reset(&mut self) {
@@ -279,28 +302,27 @@ impl Cell {
     }
 
     fn cut(&mut self, normal: DVec2, offset: f64) {
-        let below = |p: DVec2| offset - normal.dot(p);
         let [first, second] = &mut self.corners;
         let (old, new) = if self.now == 0 { (first, second) } else { (second, first) };
         let old = &old[..self.count];
-        if old.is_empty() || old.len() + 1 > Self::MOST || old.iter().all(|&p| below(p) >= 0.0) {
+        let mut below = [0.0; Self::MOST];
+        let mut least = 0.0;
+        for (below, p) in below.iter_mut().zip(old) {
+            *below = offset - normal.dot(*p);
+            least = if *below < least { *below } else { least };
+        }
+        if least >= 0.0 || old.len() + 1 > Self::MOST {
             return;
         }
+        // Which sides are cut is hard to predict, so both points are computed for each side, and
+        // written over if they do not belong to the cell.
         let mut count = 0;
-        let mut keep = |p: DVec2| {
-            new[count] = p;
-            count += 1;
-        };
-        let mut from = old[old.len() - 1];
-        let mut from_below = below(from);
-        for &to in old {
-            let to_below = below(to);
-            if (from_below < 0.0) != (to_below < 0.0) {
-                keep(from.lerp(to, from_below / (from_below - to_below)));
-            }
-            if to_below >= 0.0 {
-                keep(to);
-            }
+        let (mut from, mut from_below) = (old[old.len() - 1], below[old.len() - 1]);
+        for (&to, &to_below) in old.iter().zip(&below) {
+            new[count] = from.lerp(to, from_below / (from_below - to_below));
+            count += usize::from((from_below < 0.0) != (to_below < 0.0));
+            new[count] = to;
+            count += usize::from(to_below >= 0.0);
             (from, from_below) = (to, to_below);
         }
         (self.count, self.now) = (count, 1 - self.now);
@@ -345,6 +367,11 @@ fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
     if squared <= 0.0 {
         return None;
     }
+    // Most sides end here, without a root.
+    let inside = |p: DVec2| p.length_squared() < INSIDE;
+    if inside(p) && inside(q) {
+        return Some([p, q]);
+    }
     // Parameters at which the line enters and leaves the disc, relative to its length.
     let middle = -p.dot(along) / squared;
     let reach = middle * middle - (p.length_squared() - 1.0) / squared;
@@ -367,6 +394,10 @@ fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
 /// A line whose part in the disc is shorter than twice this (relative to the disc's radius) cuts
 /// nothing off.
 const GRAZE: f64 = 1e-7;
+
+/// A point with a squared distance from the origin below this is inside the disc, with a margin for
+/// rounding.
+const INSIDE: f64 = 0.99;
 
 /// Returns twice the area of the disc between two directions, counterclockwise from `p` to `q`. If
 /// the directions are nearly equal, rounding hides their order. Then the area is 0 and not the
