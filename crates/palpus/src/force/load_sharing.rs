@@ -48,6 +48,8 @@
 //! The contacts come in canonical order, so sums do not depend on the order of the query's results.
 //! [`LoadSharing::new`] allocates all memory.
 
+use std::ops::Range;
+
 use super::tilt::{TiltShares, Tilted};
 use crate::algebra::tolerance::{SAMPLE_EXCESS, SAMPLE_FULL_EXCESS};
 use crate::algebra::{Directions, LANES};
@@ -56,6 +58,8 @@ use crate::algebra::{Directions, LANES};
 #[derive(Clone, Debug)]
 pub struct LoadSharing {
     tilts: TiltShares,
+    /// True if the tilt shares of the last run were given to it.
+    given: bool,
     /// All contacts; those that push come first.
     seen: Vec<ContactLanes>,
     /// The contacts that push.
@@ -110,6 +114,7 @@ impl LoadSharing {
     pub fn new(capacity: usize) -> Self {
         Self {
             tilts: TiltShares::new(capacity),
+            given: false,
             seen: Vec::with_capacity(capacity.div_ceil(LANES)),
             pushing: Vec::with_capacity(capacity.div_ceil(LANES)),
             counts: Vec::with_capacity(capacity),
@@ -126,6 +131,7 @@ impl LoadSharing {
     ///
     /// The shares are in [`Self::shares`] until the next run.
     pub fn run(&mut self, contacts: &[Tilted], known: Option<&[f64]>, ahead: f64) -> &[f64] {
+        self.given = known.is_some();
         let tilts = known.unwrap_or_else(|| self.tilts.run(contacts));
         self.counts.clear();
         self.counts.extend(contacts.iter().zip(tilts).map(|(contact, tilt)| contact.count * tilt));
@@ -154,6 +160,12 @@ impl LoadSharing {
             let (most, sum) = felt(one, &self.seen, |four, k| bears(four.engagement[k], four.separation[k]));
             alone * count * (most / sum)
         })
+    }
+
+    /// Returns the tilt shares of one patch of the last run, if the run has computed them and they
+    /// are the shares that the patch would have without all other patches.
+    pub(crate) fn tilts_of_patch(&self, patch: Range<usize>) -> Option<&[f64]> {
+        if self.given { None } else { self.tilts.of_patch(patch) }
     }
 
     /// Returns the shares of the last run, parallel to its contacts.

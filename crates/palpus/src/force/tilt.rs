@@ -35,6 +35,7 @@
 //! the tool's step uses the shares of the last tick.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
@@ -95,6 +96,8 @@ pub struct TiltShares {
     /// Begin and end of the patch of each contact.
     patches: Vec<[u32; 2]>,
     shares: Vec<f64>,
+    /// True for each contact of the last run whose position no other patch has.
+    alone: Vec<bool>,
     cell: Cell,
 }
 
@@ -140,6 +143,7 @@ impl TiltShares {
             places: Vec::with_capacity(capacity),
             patches: Vec::with_capacity(capacity),
             shares: Vec::with_capacity(capacity),
+            alone: Vec::with_capacity(capacity),
             cell: Cell::EMPTY,
         }
     }
@@ -148,9 +152,11 @@ impl TiltShares {
     pub fn run(&mut self, contacts: &[Tilted]) -> &[f64] {
         self.prepare(contacts);
         self.shares.clear();
+        self.alone.clear();
         for i in 0..contacts.len() {
-            let share = self.share_of(i, contacts);
+            let (share, alone) = self.share_alone(i, contacts);
             self.shares.push(share);
+            self.alone.push(alone);
         }
         &self.shares
     }
@@ -176,11 +182,27 @@ impl TiltShares {
 
     /// Returns the tilt share of contact `i` of the prepared `contacts`, from 0 to 1.
     pub(super) fn share_of(&mut self, i: usize, contacts: &[Tilted]) -> f64 {
-        if contacts[i].slope > 0.0 {
-            self.patches_at(i, contacts).map_or(0.0, |at_corner| self.share(i, &at_corner, contacts))
-        } else {
-            1.0
+        self.share_alone(i, contacts).0
+    }
+
+    /// Returns the tilt share of contact `i` of the prepared `contacts`, and whether only its own
+    /// patch has a corner at its position.
+    fn share_alone(&mut self, i: usize, contacts: &[Tilted]) -> (f64, bool) {
+        // A negated comparison, so that a slope that is not a number has no cell.
+        let is_corner = contacts[i].slope > 0.0;
+        if !is_corner {
+            return (1.0, true);
         }
+        match self.patches_at(i, contacts) {
+            Some(at_corner) => (self.share(i, &at_corner, contacts), at_corner.count == 1),
+            None => (0.0, false),
+        }
+    }
+
+    /// Returns the shares of one whole patch of the last run, if they are the shares that the patch
+    /// would have without all other patches.
+    pub(super) fn of_patch(&self, patch: Range<usize>) -> Option<&[f64]> {
+        self.alone[patch.clone()].iter().all(|alone| *alone).then(|| &self.shares[patch])
     }
 
     /// Returns the shares of the last run.

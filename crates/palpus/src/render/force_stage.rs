@@ -210,14 +210,16 @@ fn add_friction(
 ) {
     let Some(friction) = &settings.friction else { return };
     let Forces { members, holds, .. } = forces;
+    let Scratch { tilted, tilts, sharing, .. } = &mut *scratch;
+    let smooth = settings.clustering == Clustering::Smooth;
     for patch in patches(contacts, members) {
-        let corners = &scratch.tilted[patch];
-        let (weight, sum) = scratch
-            .tilts
-            .run(corners)
+        let corners = &tilted[patch.clone()];
+        let known = if smooth { sharing.tilts_of_patch(patch) } else { None };
+        let shares = known.unwrap_or_else(|| tilts.run(corners));
+        let (weight, sum) = shares
             .iter()
             .zip(corners)
-            .fold((0.0, DVec3::ZERO), |(weight, sum), (tilt, corner)| (weight + tilt, sum + corner.place * tilt));
+            .fold((0.0, DVec3::ZERO), |(weight, sum), (share, corner)| (weight + share, sum + corner.place * *share));
         holds.extend(corners.iter().map(|corner| (sum / weight).lerp(corner.place, FRICTION_SPREAD)));
     }
     let most = friction_loads(motion, settings, scratch, forces);

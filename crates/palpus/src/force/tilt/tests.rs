@@ -68,6 +68,41 @@ fn rim_bears_a_face_of_two_pieces() {
 }
 
 #[test]
+fn shares_of_a_patch_without_neighbours_are_its_own() {
+    let square = |x: f64, piece: u32| {
+        [(x, 0.0, 0.0), (x + 0.02, 0.0, 1e-5), (x + 0.02, 0.02, 3e-5), (x, 0.02, 2e-5)]
+            .map(|(x, y, separation)| Tilted { pieces: [0, piece], ..at(x, y, separation) })
+    };
+    let [near, beside, far] = [square(0.0, 1), square(0.02, 2), square(0.05, 3)];
+    let single = [Tilted { slope: 0.0, pieces: [0, 4], ..at(0.1, 0.0, 0.0) }];
+    let all = [&near[..], &beside[..], &far[..], &single[..]].concat();
+    let mut tilts = TiltShares::new(all.len());
+    tilts.run(&all);
+    assert_eq!([tilts.of_patch(0..4), tilts.of_patch(4..8)], [None; 2]);
+    assert_eq!(tilts.of_patch(8..12), Some(&shares(&far)[..]));
+    assert_eq!(tilts.of_patch(12..13), Some(&[1.0][..]));
+}
+
+#[test]
+fn many_contacts_in_a_plane_across_an_axis_meet_their_neighbours() {
+    // All contacts have the same first coordinate, as on a face across the x axis.
+    let tile = |k: u32| {
+        let y = f64::from(k) * 0.01;
+        [(y, 0.0), (y + 0.01, 0.0), (y + 0.01, 0.01), (y, 0.01)].map(|(y, z)| Tilted {
+            place: DVec3::new(0.0, y, z),
+            direction: DVec3::X,
+            pieces: [0, k],
+            ..at(0.0, 0.0, 0.0)
+        })
+    };
+    let row: Vec<Tilted> = (0..20).flat_map(tile).collect();
+    let found = shares(&row);
+    let rim: Vec<f64> = [0, 3, 77, 78].map(|k| found[k]).to_vec();
+    close(&rim, &[0.25; 4]);
+    assert!((found.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+}
+
+#[test]
 fn contacts_of_other_directions_are_independent() {
     let mut corner = [at(0.0, 0.0, 0.0), at(0.01, 0.0, 0.0)];
     corner[1].direction = DVec3::X;
