@@ -251,6 +251,15 @@ pub const WIDE_FENCE: usize = 24;
 /// refused. This is safe, because smaller patches stay valid.
 pub const WIDE_CUTS: usize = 100;
 
+// body: sheets (mesh/sheet)
+
+/// Relative to the diagonal of a component's bounding box: a component with an opening at least
+/// this wide is a sheet, whose both sides can be touched.
+///
+/// With a larger value, the inside of a tube with narrow ends cannot be touched. With a smaller
+/// value, a scan of a solid with small holes consists of flat pieces, which are more and thinner.
+pub const SHEET_OPENING: f64 = 0.02;
+
 // body: patches dissolved and grown again (decompose)
 
 /// Facets: a patch of at most this size is dissolved if its neighbours can take all its facets.

@@ -19,6 +19,7 @@ pub(super) mod half_edge;
 pub(super) mod health;
 pub(super) mod orient;
 pub(super) mod shading_normals;
+mod sheet;
 pub(super) mod soup;
 pub(super) mod triangle_pair;
 pub(super) mod triangle_tree;
@@ -131,6 +132,7 @@ pub struct Mesh {
     triangles: Vec<[u32; 3]>,
     component: Vec<u32>,
     component_closed: Vec<bool>,
+    component_sheet: Vec<bool>,
     closed: bool,
     bounds: Aabb,
 }
@@ -158,13 +160,14 @@ impl Mesh {
         }
         let vertices = compact(&soup.vertices, &mut triangles);
         cleaning.unused_vertices = soup.vertices.len() - cleaning.welded_vertices - vertices.len();
-        let Orientation { component, closed, balanced, turned, inverted, one_sided } =
+        let Orientation { component, closed, sheet, balanced, turned, inverted, one_sided } =
             orient(&vertices, &mut triangles);
         cleaning.turned_triangles = turned;
         cleaning.inverted_components = inverted;
         cleaning.one_sided_components = one_sided;
         let bounds = Aabb::around(vertices.iter().copied());
-        let mesh = Self { vertices, triangles, component, component_closed: closed, closed: balanced, bounds };
+        let (component_closed, component_sheet) = (closed, sheet);
+        let mesh = Self { vertices, triangles, component, component_closed, component_sheet, closed: balanced, bounds };
         Ok((mesh, cleaning))
     }
 
@@ -203,6 +206,13 @@ impl Mesh {
     /// outside.
     pub fn is_component_closed(&self, c: u32) -> bool {
         self.component_closed[c as usize]
+    }
+
+    /// Returns true if component `c` is a sheet: an open surface whose both sides can be touched,
+    /// because one of its openings is wide. A component with small holes alone, such as a scan with
+    /// a few missing triangles, is not a sheet.
+    pub fn is_sheet(&self, c: u32) -> bool {
+        self.component_sheet[c as usize]
     }
 
     /// Returns true if each edge is used equally often in both directions. The surface then has no

@@ -187,7 +187,10 @@ fn lay_facets(
         faces.dedup();
         for &face in &faces {
             let plane = polytope.plane(face);
-            if polytope.is_rim(face) || plane.normal.dot(facets.plane(facet).normal) < FOLDED {
+            let cosine = plane.normal.dot(facets.plane(facet).normal);
+            // A facet of a sheet covers both faces of its plate.
+            let cosine = if surface.is_sheet(facets.triangles(facet)[0]) { cosine.abs() } else { cosine };
+            if polytope.is_rim(face) || cosine < FOLDED {
                 continue;
             }
             polygon.clear();

@@ -24,7 +24,8 @@
 //! An open body has no inside. For an open body, the check only requires that no part of its
 //! surface is clearly nearer than D. Without this rule, a corner of a closed a below an open b
 //! could be confirmed only by b's point inside a. In a steep corner, this point is too near to the
-//! sides of the corner.
+//! sides of the corner. A sheet has two sides, so a's point confirms the depth only if D is at most
+//! half of the width of a's piece.
 //!
 //! Bodies that overlap must always have a contact. If no depth is accepted, the query adds a
 //! *replacement contact*, from a witness point inside the other solid to the nearest surface. The
@@ -54,7 +55,7 @@ pub(super) fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Cont
     let out = depth * contact.normal;
     let beside = points[0] + out - points[1];
     let crossing = TOUCHING * input.b.mesh().bounding_diagonal();
-    let mut confirming = confirming(input, points, [&[]; 2], CONFIRMED_SHARE * depth);
+    let mut confirming = confirming(input, contact, points, [&[]; 2], CONFIRMED_SHARE);
     if !are_edges(contact) || beside.length() <= crossing {
         return confirming.any(|confirms| confirms).then_some(*contact);
     }
@@ -81,26 +82,46 @@ pub(super) fn least_depth_is_confirmed(input: &QueryInput<'_>, contact: &Contact
     let share = if are_edges(contact) { CONFIRMED_EDGE_SHARE } else { CONFIRMED_SHARE };
     let own = [(a, contact.piece_a), (b, contact.piece_b)];
     let own = own.map(|(body, piece)| body.pieces()[piece as usize].triangles());
-    confirming(input, on_features(input, contact), own, share * depth).any(|confirms| confirms)
+    confirming(input, contact, on_features(input, contact), own, share).any(|confirms| confirms)
 }
 
 fn are_edges(contact: &Contact) -> bool {
     matches!(contact.features, FeaturePair { a: Feature::Edge(_), b: Feature::Edge(_) })
 }
 
-/// Returns for each of a contact's points whether it is inside the other body, and at least `depth`
-/// away from its surface. The triangles `own` of each body do not count. Between two open bodies
-/// each point confirms the depth.
+/// Returns for each of a contact's points whether it confirms the contact's depth: the point is
+/// inside the other body, and at least `share` of the depth away from its surface. The triangles
+/// `own` of each body do not count. Between two open bodies each point confirms the depth.
 fn confirming<'q>(
     input: &'q QueryInput<'_>,
+    contact: &'q Contact,
     [point_a, point_b]: [DVec3; 2],
     [own_a, own_b]: [&'q [u32]; 2],
-    depth: f64,
+    share: f64,
 ) -> impl Iterator<Item = bool> + 'q {
     let QueryInput { a, b, place, .. } = input;
     let open = !a.mesh().is_closed() && !b.mesh().is_closed();
-    let points = [(b, own_b, point_a), (a, own_a, place.inverse_point(point_b))];
-    points.into_iter().map(move |(body, own, point)| open || lies_within(body, own, point, depth))
+    let depth = -share * contact.separation;
+    let [normal, point_b] = [place.inverse_vector(contact.normal), place.inverse_point(point_b)];
+    let [of_a, of_b] = [(a, contact.piece_a), (b, contact.piece_b)];
+    let points = [(of_b, own_b, point_a, of_a, normal), (of_a, own_a, point_b, of_b, contact.normal)];
+    points.into_iter().map(move |((body, piece), own, point, (other, other_piece), along)| {
+        let is_far_side = || {
+            is_sheet(body, piece) && -contact.separation > 0.5 * width(&other.polytopes()[other_piece as usize], along)
+        };
+        open || lies_within(body, own, point, depth) && !is_far_side()
+    })
+}
+
+/// Returns true if the piece belongs to a sheet.
+fn is_sheet(body: &Body, piece: u32) -> bool {
+    let mesh = body.mesh();
+    mesh.is_sheet(mesh.component(body.pieces()[piece as usize].triangles()[0]))
+}
+
+/// Returns the extent of the piece along a unit vector.
+fn width(piece: &Polytope, along: DVec3) -> f64 {
+    [along, -along].iter().map(|along| along.dot(piece.vertex(piece.support(*along)))).sum()
 }
 
 /// Returns the points of the contact's features nearest to its witness points, in b's frame.

@@ -94,6 +94,11 @@ impl<'a> Surface<'a> {
         self.mesh.is_component_closed(component)
     }
 
+    /// Returns true if triangle `t` belongs to a sheet.
+    pub(crate) fn is_sheet(&self, t: u32) -> bool {
+        self.mesh.is_sheet(self.mesh.component(t))
+    }
+
     fn triangle_count(&self) -> u32 {
         self.mesh.triangles().len() as u32
     }

@@ -14,6 +14,9 @@
 //! facet joins only if the union is a convex polygon, so that the patch does not cover a notch.
 //! Other coplanar facets are postponed until the patch is solid, and then test 3 decides.
 //!
+//! A patch of a *sheet* ([`Mesh::is_sheet`](crate::body::Mesh::is_sheet)) stays flat. Its other side
+//! can be touched too, and the hull of a bent patch would fill the hollow there.
+//!
 //! A patch with very many facets uses a hull with adjacency (`wide_hull`). Each test then visits
 //! only the surroundings of the new facet. Test 1 climbs to the highest vertex. Test 2 tests only
 //! the facets at the hull faces that the new vertex sees, because the vertex is not above any other
@@ -248,7 +251,7 @@ impl<'a> Grower<'a> {
         let mut points = self.points.clone();
         points.extend(self.fresh.iter().map(|&v| self.surface.vertex(v)));
         if self.hull.start(&points, self.flat_thickness()) {
-            if self.is_entered(&Aabb::around(points)) {
+            if self.is_sheet(set) || self.is_entered(&Aabb::around(points)) {
                 self.hull.clear();
                 return Verdict::Refused;
             }
@@ -261,6 +264,12 @@ impl<'a> Grower<'a> {
         let area = self.area + set.iter().map(|&c| self.facets.area(c)).sum::<f64>();
         let (whole, perimeter) = polygon_around(&points, normal);
         if area >= whole - self.surface.noise() * perimeter { Verdict::Joined } else { Verdict::Postponed }
+    }
+
+    /// Returns true if a facet of the patch or of `set` belongs to a sheet.
+    fn is_sheet(&self, set: &[u32]) -> bool {
+        let of_sheet = |&f: &u32| self.surface.is_sheet(self.facets.triangles(f)[0]);
+        set.iter().chain(&self.members).any(of_sheet)
     }
 
     /// Returns true if a triangle outside the patch enters the hull. Tests only triangles near

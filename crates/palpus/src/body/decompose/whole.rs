@@ -41,7 +41,8 @@ pub(crate) fn convex_parts(surface: &Surface<'_>, facets: &Facets, tree: &Triang
                 }
             }
         }
-        if !reflex && part.len() >= WHOLE_FACETS && is_convex(surface, facets, tree, &part, &part_of) {
+        let sheet = surface.is_sheet(facets.triangles(first)[0]);
+        if !reflex && !sheet && part.len() >= WHOLE_FACETS && is_convex(surface, facets, tree, &part, &part_of) {
             convex.push(part);
         }
     }

@@ -21,6 +21,7 @@ use glam::DVec3;
 
 use crate::algebra::tolerance;
 use crate::body::mesh::edge_uses::EdgeUses;
+use crate::body::mesh::sheet::sheets;
 use crate::body::{Aabb, TriangleTree};
 
 /// The components and the changes that [`orient`] made.
@@ -30,6 +31,8 @@ pub(in crate::body) struct Orientation {
     pub(in crate::body) component: Vec<u32>,
     /// For each component, true if it has no boundary and its triangles agree.
     pub(in crate::body) closed: Vec<bool>,
+    /// For each component, true if it is a sheet ([`super::Mesh::is_sheet`]).
+    pub(in crate::body) sheet: Vec<bool>,
     /// True if each edge of the mesh is used equally often in both directions.
     pub(in crate::body) balanced: bool,
     /// Number of triangles that were flipped to agree with their neighbours.
@@ -56,7 +59,9 @@ pub(in crate::body) fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]]) ->
         answer.turned += turned.min(members.len() - turned);
         answer.one_sided += usize::from(one_sided[c]);
     }
-    let balance = Balance::new(&EdgeUses::new(vertices.len(), triangles), triangles, &answer.component, members.len());
+    let uses = EdgeUses::new(vertices.len(), triangles);
+    let balance = Balance::new(&uses, triangles, &answer.component, members.len());
+    answer.sheet = sheets(&uses, vertices, triangles, &answer.component, members.len());
     answer.closed = balance.closed;
     answer.balanced = balance.whole;
     let inverted = inside_out(vertices, triangles, &members, &answer.closed, &trusted);

@@ -148,3 +148,38 @@ fn a_moebius_band_is_counted_as_one_sided() {
     assert_eq!(cleaning.one_sided_components, 1);
     assert!(!mesh.is_closed());
 }
+
+/// Returns a box of size 1 whose top has a square hole with sides of `hole`. With 1, the top is
+/// missing.
+fn box_with_hole(hole: f64) -> Mesh {
+    let mut soup = PolygonSoup::new();
+    push_box(&mut soup, DVec3::ZERO, DVec3::ONE, false);
+    let mut open = PolygonSoup::new();
+    open.vertices = soup.vertices.clone();
+    for face in BOX_FACES.iter().filter(|face| **face != [4, 5, 6, 7]) {
+        open.push_face(face);
+    }
+    if hole < 1.0 {
+        let rim = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        open.vertices.extend(rim.map(|(x, y)| DVec3::new(0.5 + 0.5 * hole * x, 0.5 + 0.5 * hole * y, 1.0)));
+        for k in 0..4 {
+            let next = (k + 1) % 4;
+            open.push_face(&[4 + k, 4 + next, 8 + next, 8 + k]);
+        }
+    }
+    Mesh::from_soup(&open).unwrap().0
+}
+
+#[test]
+fn a_component_with_a_wide_opening_is_a_sheet() {
+    let mut closed = PolygonSoup::new();
+    push_box(&mut closed, DVec3::ZERO, DVec3::ONE, false);
+    let closed = Mesh::from_soup(&closed).unwrap().0;
+    assert!(closed.is_component_closed(0) && !closed.is_sheet(0));
+    for (hole, sheet) in [(1.0, true), (0.1, true), (0.01, false)] {
+        let mesh = box_with_hole(hole);
+        assert_eq!(mesh.component_count(), 1);
+        assert!(!mesh.is_component_closed(0));
+        assert_eq!(mesh.is_sheet(0), sheet, "a hole of {hole}");
+    }
+}

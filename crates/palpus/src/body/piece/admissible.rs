@@ -254,7 +254,17 @@ impl<'a> AdmissibleNormals<'a> {
 
     /// Returns true if `direction` is admissible at `edge`, within [`ADMISSIBLE_ANGLE`].
     /// `direction` is a unit vector in the piece's frame, perpendicular to the edge.
+    ///
+    /// A plate has two edges at each of its sides, and a search may return either of them.
     pub fn edge_faces(&self, edge: u32, direction: DVec3) -> bool {
+        let Sides { left, right } = self.sides(edge);
+        let rim = [left, right].into_iter().find(|&face| self.polytope.is_rim(face));
+        let mut edges = rim.into_iter().flat_map(|rim| self.polytope.face_edges(rim));
+        self.one_edge_faces(edge, direction)
+            || edges.any(|other| other != edge && self.one_edge_faces(other, direction))
+    }
+
+    fn one_edge_faces(&self, edge: u32, direction: DVec3) -> bool {
         match self.arc_at(edge) {
             Some(arc) => self.arc_holds(arc, direction),
             None => {

@@ -163,7 +163,10 @@ impl<'s> Source<'s> {
             for (k, polytope) in some.clone().zip(&polytopes[some]) {
                 for face in 0..polytope.face_count() as u32 {
                     let plane = polytope.plane(face);
-                    let lying = pieces[k].face_triangles(face).iter().filter(|&&t| source.lies_in(t, plane));
+                    let lying = pieces[k]
+                        .face_triangles(face)
+                        .iter()
+                        .filter(|&&t| source.lies_in(t, plane) && !source.is_back(t, plane));
                     within.extend(lying.map(|&t| (t, k as u32, face)));
                 }
             }
@@ -178,10 +181,17 @@ impl<'s> Source<'s> {
         source
     }
 
-    /// Returns true if triangle `t` lies in `plane` and faces to the same side as the plane.
+    /// Returns true if triangle `t` lies in `plane` and faces to the same side as the plane. A
+    /// triangle of a sheet faces to both sides.
     fn lies_in(&self, t: u32, plane: Plane) -> bool {
         let flat = self.mesh.triangle_points(t).iter().all(|p| plane.height(*p).abs() <= ON_FACE * self.noise);
-        flat && plane.normal.dot(self.true_normals[t as usize]) > FOLDED
+        let cosine = plane.normal.dot(self.true_normals[t as usize]);
+        flat && (cosine > FOLDED || cosine < -FOLDED && self.mesh.is_sheet(self.mesh.component(t)))
+    }
+
+    /// Returns true if `plane` is on the back of triangle `t`, which lies in it.
+    fn is_back(&self, t: u32, plane: Plane) -> bool {
+        plane.normal.dot(self.true_normals[t as usize]) < 0.0
     }
 }
 
@@ -279,11 +289,15 @@ impl Sides {
         let along = (head - tail).try_normalize()?;
         let length = tail.distance(head);
         let tolerance = ON_FACE * source.noise;
-        let normal = polytope.plane(face).normal;
+        let plane = polytope.plane(face);
+        let normal = plane.normal;
         let angle_to = |n: DVec3| along.dot(normal.cross(n)).atan2(normal.dot(n));
         let begin = self.sides.partition_point(|side| side.0 < face);
         let mut widest = 0.0_f64;
         for &(_, p, q, t, k) in self.sides[begin..].iter().take_while(|side| side.0 == face) {
+            // On the back of a sheet, the sides run the other way, and ridges are valleys.
+            let back = source.is_back(t, plane);
+            let (p, q, sign) = if back { (q, p, -1.0) } else { (p, q, 1.0) };
             let off = |x: DVec3| (x - tail).cross(along).length();
             let (s, e) = (along.dot(p - tail), along.dot(q - tail));
             if e <= s || e <= tolerance || s >= length - tolerance || off(p).max(off(q)) > tolerance {
@@ -291,8 +305,10 @@ impl Sides {
             }
             let angle = match (source.half_edges.kind(t, k), source.half_edges.neighbour(t, k)) {
                 (EdgeKind::Open | EdgeKind::NonManifold, _) | (_, None) => FRAC_PI_2,
-                (EdgeKind::Convex, Some((n, _))) => angle_to(source.normals[n as usize]),
-                (EdgeKind::Coplanar | EdgeKind::Reflex, _) => 0.0,
+                (kind, Some((n, _))) => {
+                    let ridge = if back { EdgeKind::Reflex } else { EdgeKind::Convex };
+                    if kind == ridge { angle_to(sign * source.normals[n as usize]) } else { 0.0 }
+                }
             };
             widest = widest.max(angle);
         }
