@@ -12,6 +12,9 @@
 //! * At an edge of a surface face where the mesh bends inward: only the face's normal.
 //! * At a vertex: every direction along which no neighbouring mesh vertex is higher.
 //!
+//! A piece of a sheet ([`Mesh::is_sheet`]) is a plate, and both of its faces are surface faces. On
+//! its back, the mesh bends outward where it bends inward on the front.
+//!
 //! Each admissible normal is a support direction of the piece. The piece lies within the solid, so
 //! the hull's arc at a convex edge contains the arc of the mesh. At a boundary edge, the mesh has
 //! no normal on the other side. The arc then spans a right angle, but ends at the latest where the
