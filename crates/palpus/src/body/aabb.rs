@@ -26,6 +26,11 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Returns the length of the diagonal.
+    pub fn diagonal(&self) -> f64 {
+        self.min.distance(self.max)
+    }
+
     /// Returns true if the boxes have a common point.
     #[inline]
     pub fn overlaps(&self, other: &Self) -> bool {

@@ -208,11 +208,11 @@ impl Mesh {
         self.component_closed[c as usize]
     }
 
-    /// Returns true if component `c` is a sheet: an open surface whose both sides can be touched,
-    /// because one of its openings is wide. A component with small holes alone, such as a scan with
-    /// a few missing triangles, is not a sheet.
-    pub fn is_sheet(&self, c: u32) -> bool {
-        self.component_sheet[c as usize]
+    /// Returns true if the component of triangle `t` is a sheet: an open surface whose both sides
+    /// can be touched, because one of its openings is wide. A component with small holes alone, such
+    /// as a scan with a few missing triangles, is not a sheet.
+    pub fn is_sheet(&self, t: u32) -> bool {
+        self.component_sheet[self.component[t as usize] as usize]
     }
 
     /// Returns true if each edge is used equally often in both directions. The surface then has no
@@ -228,7 +228,7 @@ impl Mesh {
 
     /// Returns the length of the bounding box's diagonal. Tolerances are relative to this size.
     pub fn bounding_diagonal(&self) -> f64 {
-        self.bounds.min.distance(self.bounds.max)
+        self.bounds.diagonal()
     }
 
     /// Returns the corner points of triangle `t`.

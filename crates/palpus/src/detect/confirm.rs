@@ -115,8 +115,7 @@ fn confirming<'q>(
 
 /// Returns true if the piece belongs to a sheet.
 fn is_sheet(body: &Body, piece: u32) -> bool {
-    let mesh = body.mesh();
-    mesh.is_sheet(mesh.component(body.pieces()[piece as usize].triangles()[0]))
+    body.mesh().is_sheet(body.pieces()[piece as usize].triangles()[0])
 }
 
 /// Returns the extent of the piece along a unit vector.

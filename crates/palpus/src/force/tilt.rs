@@ -188,14 +188,11 @@ impl TiltShares {
     /// Returns the tilt share of contact `i` of the prepared `contacts`, and whether only its own
     /// patch has a corner at its position.
     fn share_alone(&mut self, i: usize, contacts: &[Tilted]) -> (f64, bool) {
-        // A negated comparison, so that a slope that is not a number has no cell.
-        let is_corner = contacts[i].slope > 0.0;
-        if !is_corner {
-            return (1.0, true);
-        }
-        match self.patches_at(i, contacts) {
-            Some(at_corner) => (self.share(i, &at_corner, contacts), at_corner.count == 1),
-            None => (0.0, false),
+        if contacts[i].slope > 0.0 {
+            let at_corner = self.patches_at(i, contacts);
+            at_corner.map_or((0.0, false), |at| (self.share(i, &at, contacts), at.count == 1))
+        } else {
+            (1.0, true)
         }
     }
 

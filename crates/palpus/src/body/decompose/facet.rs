@@ -96,7 +96,7 @@ impl<'a> Surface<'a> {
 
     /// Returns true if triangle `t` belongs to a sheet.
     pub(crate) fn is_sheet(&self, t: u32) -> bool {
-        self.mesh.is_sheet(self.mesh.component(t))
+        self.mesh.is_sheet(t)
     }
 
     fn triangle_count(&self) -> u32 {

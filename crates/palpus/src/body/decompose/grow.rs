@@ -14,8 +14,8 @@
 //! facet joins only if the union is a convex polygon, so that the patch does not cover a notch.
 //! Other coplanar facets are postponed until the patch is solid, and then test 3 decides.
 //!
-//! A patch of a *sheet* ([`Mesh::is_sheet`](crate::body::Mesh::is_sheet)) stays flat. Its other side
-//! can be touched too, and the hull of a bent patch would fill the hollow there.
+//! A patch of a *sheet* ([`Mesh::is_sheet`](crate::body::Mesh::is_sheet)) stays flat. Its other
+//! side can be touched too, and the hull of a bent patch would fill the hollow there.
 //!
 //! A patch with very many facets uses a hull with adjacency (`wide_hull`). Each test then visits
 //! only the surroundings of the new facet. Test 1 climbs to the highest vertex. Test 2 tests only

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::algebra::representative;
 use crate::algebra::tolerance::SHEET_OPENING;
 use crate::body::Aabb;
 use crate::body::mesh::edge_uses::EdgeUses;
@@ -17,7 +18,7 @@ pub(super) fn sheets(
     count: usize,
 ) -> Vec<bool> {
     let mut sheets = vec![false; count];
-    // Side number and ends of each open edge.
+    // The ends of an open edge, from the number of its side.
     let ends = |side: u32| [0, 1].map(|k| triangles[side as usize / 3][(side as usize % 3 + k) % 3]);
     let open: Vec<u32> = uses.edges().filter(|edge| edge.len() == 1).map(|edge| edge[0]).collect();
     if open.is_empty() {
@@ -30,33 +31,20 @@ pub(super) fn sheets(
     }
     let mut parents: Vec<u32> = (0..vertices.len() as u32).collect();
     for [p, q] in open.iter().map(|&side| ends(side)) {
-        let (p, q) = (root(&mut parents, p), root(&mut parents, q));
+        let (p, q) = (representative(&mut parents, p), representative(&mut parents, q));
         parents[p.max(q) as usize] = p.min(q);
     }
     let mut openings = vec![Aabb::EMPTY; vertices.len()];
     for &side in &open {
         for v in ends(side) {
-            let opening = &mut openings[root(&mut parents, v) as usize];
+            let opening = &mut openings[representative(&mut parents, v) as usize];
             *opening = opening.union(&Aabb::around([vertices[v as usize]]));
         }
     }
     for &side in &open {
         let c = component[side as usize / 3] as usize;
-        let opening = openings[root(&mut parents, ends(side)[0]) as usize];
-        sheets[c] |= diagonal(&opening) >= SHEET_OPENING * diagonal(&bounds[c]);
+        let opening = openings[representative(&mut parents, ends(side)[0]) as usize];
+        sheets[c] |= opening.diagonal() >= SHEET_OPENING * bounds[c].diagonal();
     }
     sheets
-}
-
-fn diagonal(bounds: &Aabb) -> f64 {
-    (bounds.max - bounds.min).length()
-}
-
-/// Returns the root of `v`, and halves the path to it.
-fn root(parents: &mut [u32], mut v: u32) -> u32 {
-    while parents[v as usize] != v {
-        parents[v as usize] = parents[parents[v as usize] as usize];
-        v = parents[v as usize];
-    }
-    v
 }

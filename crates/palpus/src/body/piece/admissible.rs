@@ -260,11 +260,15 @@ impl<'a> AdmissibleNormals<'a> {
     ///
     /// A plate has two edges at each of its sides, and a search may return either of them.
     pub fn edge_faces(&self, edge: u32, direction: DVec3) -> bool {
-        let Sides { left, right } = self.sides(edge);
-        let rim = [left, right].into_iter().find(|&face| self.polytope.is_rim(face));
-        let mut edges = rim.into_iter().flat_map(|rim| self.polytope.face_edges(rim));
         self.one_edge_faces(edge, direction)
-            || edges.any(|other| other != edge && self.one_edge_faces(other, direction))
+            || self.other_edge(edge).is_some_and(|other| self.one_edge_faces(other, direction))
+    }
+
+    /// Returns the other edge at the same side of a plate; `None` if the piece is not a plate.
+    fn other_edge(&self, edge: u32) -> Option<u32> {
+        let Sides { left, right } = self.sides(edge);
+        let rim = [left, right].into_iter().find(|&face| self.polytope.is_rim(face))?;
+        self.polytope.face_edges(rim).iter().find(|&other| other != edge)
     }
 
     fn one_edge_faces(&self, edge: u32, direction: DVec3) -> bool {

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Linkage;
+use crate::algebra::representative;
 use crate::algebra::tolerance::CLUSTER_CELLS;
 
 /// Grid cell of a contact. Sorting makes the contacts of one cell adjacent.
@@ -137,12 +138,7 @@ impl Linkage {
         linked
     }
 
-    pub(super) fn root(&mut self, mut rank: u32) -> u32 {
-        while self.parents[rank as usize] != rank {
-            let above = self.parents[self.parents[rank as usize] as usize];
-            self.parents[rank as usize] = above;
-            rank = above;
-        }
-        rank
+    pub(super) fn root(&mut self, rank: u32) -> u32 {
+        representative(&mut self.parents, rank)
     }
 }

@@ -186,7 +186,7 @@ impl<'s> Source<'s> {
     fn lies_in(&self, t: u32, plane: Plane) -> bool {
         let flat = self.mesh.triangle_points(t).iter().all(|p| plane.height(*p).abs() <= ON_FACE * self.noise);
         let cosine = plane.normal.dot(self.true_normals[t as usize]);
-        flat && (cosine > FOLDED || cosine < -FOLDED && self.mesh.is_sheet(self.mesh.component(t)))
+        flat && (cosine > FOLDED || cosine < -FOLDED && self.mesh.is_sheet(t))
     }
 
     /// Returns true if `plane` is on the back of triangle `t`, which lies in it.
