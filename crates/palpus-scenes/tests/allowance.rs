@@ -37,25 +37,42 @@ struct Outcome {
     lacking: u32,
     /// Number of lacking contacts that are nearer than the reported unseen separation.
     missing: u32,
-    /// Largest excess of a reported separation over the true separation, m.
+    /// Number of pairs whose separations are compared.
+    compared: u32,
+    /// Largest excess of a reported separation over the distance of the pieces, m.
     too_far: f64,
 }
+
+/// Cosine of one degree.
+const SAME_DIRECTION: f64 = 0.99985;
 
 /// Compares the contacts of the limited tick with the full result, for each pair of pieces.
 fn compare_contacts(tick: &Tick, full: &Tick, outcome: &mut Outcome) {
     for contact in &full.contacts {
         outcome.contacts += 1;
         let same = |held: &&Contact| (held.piece_a, held.piece_b) == (contact.piece_a, contact.piece_b);
-        match tick.contacts.iter().find(same) {
-            // For overlapping pieces, the two results may be depths along different normals.
-            Some(held) if contact.separation > 0.0 => {
-                outcome.too_far = outcome.too_far.max(held.separation - contact.separation);
+        if !tick.contacts.iter().any(|held| same(&held)) {
+            outcome.lacking += 1;
+            outcome.missing += u32::from(contact.separation < tick.unseen_separation);
+        }
+    }
+}
+
+/// Compares the separations of the limited tick with the distances of the pieces. A contact in
+/// another direction is at another place of the pieces, and counts as lacking.
+fn compare_separations(tick: &Tick, distances: &[Contact], outcome: &mut Outcome) {
+    // For overlapping pieces, the two results may be depths along different normals.
+    for exact in distances.iter().filter(|exact| exact.separation > 0.0) {
+        let same = |held: &&Contact| (held.piece_a, held.piece_b) == (exact.piece_a, exact.piece_b);
+        let held = tick.contacts.iter().filter(same);
+        let nearest = held.min_by(|one, other| one.separation.total_cmp(&other.separation));
+        match nearest {
+            Some(held) if held.normal.dot(exact.normal) > SAME_DIRECTION => {
+                outcome.compared += 1;
+                outcome.too_far = outcome.too_far.max(held.separation - exact.separation);
             }
-            Some(_) => {}
-            None => {
-                outcome.lacking += 1;
-                outcome.missing += u32::from(contact.separation < tick.unseen_separation);
-            }
+            Some(_) => outcome.lacking += 1,
+            None => {}
         }
     }
 }
@@ -73,6 +90,8 @@ fn compare(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, work: u64, poses: &
         hurried.step(&ProbeState::at(poses[0]), 1e-3, &NoClock);
     }
     full.step(&ProbeState::at(poses[0]), 1e-3, &NoClock);
+    let within = QuerySettings { tolerance: settings.contact_tolerance, ..QuerySettings::default() };
+    let mut judge = ContactQuery::new(a.clone(), b.clone(), within);
     let mut outcome = Outcome::default();
     let (mut last, mut full_last): (Option<DVec3>, Option<DVec3>) = (None, None);
     for pose in poses {
@@ -92,6 +111,7 @@ fn compare(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, work: u64, poses: &
         outcome.jump = outcome.jump.max(last.map_or(0.0, |last| last.distance(force)));
         outcome.full_jump = outcome.full_jump.max(full_last.map_or(0.0, |last| last.distance(full_force)));
         compare_contacts(tick, expected, &mut outcome);
+        compare_separations(tick, judge.contacts(pose), &mut outcome);
         (last, full_last) = (Some(force), Some(full_force));
     }
     outcome.mean /= f64::from(outcome.ticks);
@@ -203,6 +223,7 @@ fn assert_near(outcome: &Outcome, what: &str) {
     assert!(outcome.jump <= 1.6 * outcome.full_jump, "{what}: {outcome:?}");
     assert!(outcome.lacking * 10 <= outcome.contacts, "{what}: {outcome:?}");
     assert!(outcome.missing * 12 <= outcome.contacts, "{what}: {outcome:?}");
+    assert!(outcome.compared * 50 >= outcome.contacts, "{what}: {outcome:?}");
     assert!(outcome.too_far <= 6e-5, "{what}: {outcome:?}");
 }
 

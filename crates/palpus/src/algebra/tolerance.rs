@@ -436,6 +436,21 @@ pub const COVERED_WHOLE: f64 = 0.999;
 /// touch.
 pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
 
+/// Sine of the angle by which a point beside a valley may be below the mesh beyond the valley. At
+/// this angle, the plane on this side of the valley no longer matters to the point.
+///
+/// With a smaller value, the force changes faster where a point passes a ridge that is narrower
+/// than the contact tolerance. With a larger one, it pushes points that are behind such a ridge.
+pub const VALLEY_BELOW: f64 = 0.25;
+
+/// Share of the contact tolerance. Nearer to a valley than this, a point is held by both planes
+/// beside it, at its height above each.
+///
+/// With a larger value, the gap grows faster from the height to the distance. With a smaller one, a
+/// tool that is pressed into the valley crosses it in one step, and the force changes sides in each
+/// step.
+pub const VALLEY_SHARE: f64 = 0.5;
+
 /// Radians: the spherical cap around a piece's normals is widened by this. So the cap still
 /// contains a normal after rounding in the other body's frame.
 ///

@@ -18,7 +18,8 @@
 //!    b. The gap at a corner is the height of a's plane above b's plane.
 //! 3. *Sides beside each other*: two nearly parallel sides may pass each other without an overlap.
 //!    The ends of their common stretch become corners. The gap at these corners is the height plus
-//!    the lateral distance. Two parallel edges have no overlap; their patch is the common stretch.
+//!    the lateral distance; beside a valley, it is the gap of this valley ([`gap_beside`]). Two
+//!    parallel edges have no overlap; their patch is the common stretch.
 //! 4. *Duplicates*: merge corners that coincide. Add the exact witness if it is deeper than every
 //!    corner.
 //!
@@ -42,11 +43,11 @@ use super::clip::clip;
 use super::cso::Cso;
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_CORNERS, PATCH_SAME, PATCH_SIDES};
-use crate::body::{Feature, FeaturePair, Polytope};
+use crate::body::{Feature, FeaturePair, Polytope, Valley, gap_beside};
 
 /// A contact for which a patch is searched, in b's frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Touch {
+pub(crate) struct Touch {
     /// The features on which the exact witness points lie.
     pub features: FeaturePair,
     /// Exact witness point on body a.
@@ -59,7 +60,7 @@ pub struct Touch {
 
 /// A corner of a patch, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
+pub(crate) struct Corner {
     /// The point halfway between the two surfaces.
     pub midpoint: DVec3,
     /// Distance between the surfaces along the contact's normal (length unit of the polytopes). The
@@ -71,7 +72,7 @@ pub struct Corner {
 
 /// Working memory for one patch, and its result.
 #[derive(Clone, Debug)]
-pub struct Patch {
+pub(crate) struct Patch {
     outlines: [Outlines; 2],
     found: FoundCorners,
     corners: Vec<Corner>,
@@ -83,6 +84,28 @@ struct FoundCorners {
     list: [Found; PATCH_CORNERS],
     count: usize,
     clipped: [[DVec2; 2 * PATCH_SIDES]; 2],
+}
+
+/// Which corners belong to a patch.
+#[derive(Clone, Copy)]
+struct PatchRange {
+    /// Largest tilt, as a tangent.
+    slope: f64,
+    /// Largest separation (length unit of the polytopes).
+    within: f64,
+    /// Places nearer to each other than this are the same (length unit of the polytopes).
+    rounding: f64,
+}
+
+/// A side of an outline of a, and a nearly parallel side of an outline of b.
+#[derive(Clone, Copy)]
+struct Sides<'o> {
+    a: &'o Outline,
+    b: &'o Outline,
+    side_a: Side,
+    side_b: Side,
+    /// For a and for b: true if the side is a valley.
+    valleys: [bool; 2],
 }
 
 /// A corner in the contact frame.
@@ -97,7 +120,7 @@ struct Found {
 
 impl Patch {
     /// Allocates all the memory that a patch needs.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let nowhere = Found {
             place: DVec2::ZERO,
             height: 0.0,
@@ -117,14 +140,14 @@ impl Patch {
 
     /// Finds the corners of the contact `touch` for tilts up to `slope` (tangent of the angle).
     /// Keeps the corners whose separation is less than `within` (length unit of the polytopes).
-    /// Returns the slope up to which no corner is missing.
+    /// `valleys` are the valleys of a and of b. Returns the slope up to which no corner is missing.
     ///
     /// The first of [`Self::corners`] is the deepest corner if it is as deep as the witness, else
     /// the witness.
-    pub fn find(
+    pub(crate) fn find(
         &mut self,
-        a: &Polytope,
-        b: &Polytope,
+        [a, b]: [&Polytope; 2],
+        [valleys_a, valleys_b]: [&[Valley]; 2],
         pose_ba: &Placement,
         touch: &Touch,
         slope: f64,
@@ -136,17 +159,17 @@ impl Patch {
         self.corners.clear();
         self.corners.push(Corner { midpoint: frame.origin, separation, features: touch.features });
         let [outlines_a, outlines_b] = &mut self.outlines;
-        outlines_a.gather(a, touch.features.a, &frame.seen_from(pose_ba), -1.0, slope);
+        outlines_a.gather(a, valleys_a, touch.features.a, &frame.seen_from(pose_ba), -1.0, slope);
         if outlines_a.count == 0 {
             return outlines_a.slope;
         }
-        outlines_b.gather(b, touch.features.b, &frame, 1.0, slope);
+        outlines_b.gather(b, valleys_b, touch.features.b, &frame, 1.0, slope);
         let slope = outlines_a.slope.min(outlines_b.slope);
         let rounding = PATCH_SAME * Cso { a, b, pose_ba }.size();
         for first in outlines_a.list() {
             for second in outlines_b.list() {
                 self.found.overlap(first, second, rounding);
-                self.found.beside(first, second, slope, rounding);
+                self.found.beside(first, second, &PatchRange { slope, within, rounding });
             }
         }
         self.write(&frame, separation, within, rounding);
@@ -154,7 +177,7 @@ impl Patch {
     }
 
     /// Returns the corners of the last patch.
-    pub fn corners(&self) -> &[Corner] {
+    pub(crate) fn corners(&self) -> &[Corner] {
         &self.corners
     }
 
@@ -191,7 +214,7 @@ impl FoundCorners {
     fn overlap(&mut self, a: &Outline, b: &Outline, rounding: f64) {
         if a.is_segment() && b.is_segment() {
             if let Some(place) = crossing(a.side(0).ends(), b.side(0).ends()) {
-                self.add(a, b, place, 0.0, rounding);
+                self.add_overlap(a, b, place, rounding);
             }
             return;
         }
@@ -207,63 +230,78 @@ impl FoundCorners {
             now = 1 - now;
         }
         for k in 0..count {
-            self.add(a, b, self.clipped[now][k], 0.0, rounding);
+            self.add_overlap(a, b, self.clipped[now][k], rounding);
         }
     }
 
     /// Does step 3 of the module's list.
-    fn beside(&mut self, a: &Outline, b: &Outline, slope: f64, rounding: f64) {
+    fn beside(&mut self, a: &Outline, b: &Outline, range: &PatchRange) {
         for i in 0..a.side_count() {
             let side_a = a.side(i);
             for j in 0..b.side_count() {
                 let side_b = b.side(j);
                 let across = side_a.along.perp_dot(side_b.along);
                 let lengths = side_a.along.length_squared() * side_b.along.length_squared();
-                if across * across > slope * slope * lengths {
+                if across * across > range.slope * range.slope * lengths {
                     continue;
                 }
+                let sides = Sides { a, b, side_a, side_b, valleys: [a.is_valley(i), b.is_valley(j)] };
                 for p in side_a.ends() {
                     if let Some(q) = side_b.foot(p) {
-                        self.add_beside(a, b, [side_a, side_b], [p, q], slope, rounding);
+                        self.add_beside(&sides, [p, q], range);
                     }
                 }
                 for q in side_b.ends() {
                     if let Some(p) = side_a.foot(q) {
-                        self.add_beside(a, b, [side_a, side_b], [p, q], slope, rounding);
+                        self.add_beside(&sides, [p, q], range);
                     }
                 }
             }
         }
     }
 
-    /// Adds the place between p (on a side of `a`) and q (on a side of `b`), if the two sides are
-    /// beside each other at this place.
-    fn add_beside(
-        &mut self,
-        a: &Outline,
-        b: &Outline,
-        [side_a, side_b]: [Side; 2],
-        [p, q]: [DVec2; 2],
-        slope: f64,
-        rounding: f64,
-    ) {
+    /// Adds the place between p (on a's side) and q (on b's side), if the two sides are beside each
+    /// other at this place. Beside a valley, adds the point that is not on the valley.
+    fn add_beside(&mut self, sides: &Sides<'_>, [p, q]: [DVec2; 2], range: &PatchRange) {
+        let Sides { a, b, side_a, side_b, valleys } = *sides;
         let lateral = p.distance(q);
         let outside = (a.is_segment() || side_a.inward(q) < 0.0) && (b.is_segment() || side_b.inward(p) < 0.0);
-        if outside && lateral < slope * side_a.along.length().min(side_b.along.length()) {
-            self.add(a, b, p.midpoint(q), lateral, rounding);
+        if !outside || lateral >= range.slope * side_a.along.length().min(side_b.along.length()) {
+            return;
         }
+        let place = match valleys {
+            [true, false] => q,
+            [false, true] => p,
+            _ => p.midpoint(q),
+        };
+        let (above, below) = (a.height(place), b.height(place));
+        let height = above - below;
+        let gap = match valleys {
+            [false, false] => height + lateral,
+            _ => gap_beside(height, height.hypot(lateral), range.within),
+        };
+        let middle = match valleys {
+            [true, false] => below + 0.5 * gap,
+            [false, true] => above - 0.5 * gap,
+            _ => 0.5 * (above + below),
+        };
+        let features = FeaturePair { a: a.feature, b: b.feature };
+        self.add(Found { place, height: middle, gap, features }, range.rounding);
     }
 
-    /// Does step 4: adds a corner at `place`. If a corner already exists at `place`, keeps the
-    /// deeper of the two corners.
-    fn add(&mut self, a: &Outline, b: &Outline, place: DVec2, lateral: f64, rounding: f64) {
+    /// Adds a corner at a place where the outlines overlap.
+    fn add_overlap(&mut self, a: &Outline, b: &Outline, place: DVec2, rounding: f64) {
         let (above, below) = (a.height(place), b.height(place));
-        let gap = above - below + lateral;
-        let found =
-            Found { place, height: 0.5 * (above + below), gap, features: FeaturePair { a: a.feature, b: b.feature } };
-        let same = |known: &&mut Found| known.place.distance_squared(place) <= rounding * rounding;
+        let features = FeaturePair { a: a.feature, b: b.feature };
+        self.add(Found { place, height: 0.5 * (above + below), gap: above - below, features }, rounding);
+    }
+
+    /// Does step 4: adds a corner. If a corner already exists at its place, keeps the deeper of the
+    /// two corners.
+    fn add(&mut self, found: Found, rounding: f64) {
+        let same = |known: &&mut Found| known.place.distance_squared(found.place) <= rounding * rounding;
         if let Some(known) = self.list[..self.count].iter_mut().find(same) {
-            if gap < known.gap {
+            if found.gap < known.gap {
                 *known = found;
             }
         } else if self.count < self.list.len() {

@@ -7,6 +7,7 @@ use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair};
 
 /// Result of a pair of pieces within tolerance.
+#[derive(Clone, Copy)]
 pub(super) enum Found {
     /// No contact: the closest points are not on both surfaces.
     Nothing,
@@ -15,6 +16,8 @@ pub(super) enum Found {
     /// The pieces are apart and belong to nearly flush faces that continue beyond them: a contact
     /// along the normal of such a face.
     NearlyFlush(Contact),
+    /// The pieces are apart, and a vertex of one is beside a valley of the other.
+    BesideValley(Contact),
     /// A contact along the least depth among the shared normals of the pieces. The second value is
     /// this contact with its points on its features, for the check of its depth.
     Moved(Contact, Contact),

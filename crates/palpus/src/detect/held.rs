@@ -4,7 +4,9 @@
 //! pose. So extrapolation never adds a contact that was not found before.
 
 use super::Contact;
+use super::apart::beside_valley_again;
 use super::memory::PairMemory;
+use super::query_input::QueryInput;
 use crate::algebra::Placement;
 
 /// The last contacts of the pairs of a front.
@@ -29,12 +31,13 @@ struct Entry {
     /// Index of the first contact in that tick's list.
     first: u32,
     count: u32,
+    beside_valley: bool,
 }
 
 impl HeldContacts {
     /// Allocates memory for `places` pairs with `capacity` contacts in total.
     pub(super) fn new(places: usize, capacity: usize) -> Self {
-        let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0 };
+        let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0, beside_valley: false };
         let memories = || Vec::with_capacity(capacity);
         Self { entries: vec![entry; places], last: memories(), now: memories(), capacity, tick: 1 }
     }
@@ -51,12 +54,20 @@ impl HeldContacts {
         self.tick += 2;
     }
 
-    /// Stores the contacts of the pair of pieces at `place`; if there is not enough room, only the
-    /// first contacts.
-    pub(super) fn keep(&mut self, place: u32, pieces: [u32; 2], contacts: &[Contact], pose_ba: &Placement) {
+    /// Stores the contacts of the pair of pieces at `place`, which may be `beside_valley`. If there
+    /// is not enough room, stores only the first contacts.
+    pub(super) fn keep(
+        &mut self,
+        place: u32,
+        pieces: [u32; 2],
+        contacts: &[Contact],
+        beside_valley: bool,
+        pose_ba: &Placement,
+    ) {
         let Some(entry) = self.entries.get_mut(place as usize) else { return };
         let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
-        *entry = Entry { pieces, tick: self.tick, first: self.now.len() as u32, count: contacts.len() as u32 };
+        let (first, count) = (self.now.len() as u32, contacts.len() as u32);
+        *entry = Entry { pieces, tick: self.tick, first, count, beside_valley };
         self.now.extend(contacts.iter().map(|contact| PairMemory::of(contact, pose_ba)));
     }
 
@@ -69,15 +80,14 @@ impl HeldContacts {
     }
 
     /// Extrapolates the pair's contacts of the last tick to this tick's pose. Adds the contacts
-    /// nearer than `tolerance` to `found`, until `found` has `most` contacts. Stores all of the
+    /// within the tolerance to `found`, until `found` has `most` contacts. Stores all of the
     /// pair's contacts for this tick too. Returns the number of added contacts; `None` if the pair
     /// is not stored.
     pub(super) fn carry(
         &mut self,
         place: u32,
         pieces: [u32; 2],
-        pose_ba: &Placement,
-        tolerance: f64,
+        input: &QueryInput<'_>,
         most: usize,
         found: &mut Vec<Contact>,
     ) -> Option<u32> {
@@ -92,8 +102,14 @@ impl HeldContacts {
         self.now.extend_from_slice(&self.last[known.clone()]);
         let before = found.len();
         let room = most.saturating_sub(before);
-        let contacts = self.last[known].iter().map(|memory| memory.extrapolate(pose_ba));
-        found.extend(contacts.filter(|contact| contact.separation < tolerance).take(room));
+        let (known, is_near) = (&self.last[known], |contact: &Contact| contact.separation < input.tolerance);
+        if entry.beside_valley {
+            let contacts = known.iter().map(|memory| beside_valley_again(input, memory));
+            found.extend(contacts.filter(is_near).take(room));
+        } else {
+            let contacts = known.iter().map(|memory| memory.extrapolate(&input.place));
+            found.extend(contacts.filter(is_near).take(room));
+        }
         Some((found.len() - before) as u32)
     }
 }

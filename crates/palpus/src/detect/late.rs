@@ -63,7 +63,7 @@ impl PartSearch {
     /// stored.
     fn hold(&mut self, input: &QueryInput<'_>, place: u32, pieces: [u32; 2], left: usize) -> Option<u32> {
         let most = self.capacity - left;
-        let held = self.held.carry(place, pieces, &input.place, input.tolerance, most, &mut self.contacts);
+        let held = self.held.carry(place, pieces, input, most, &mut self.contacts);
         self.touching += u32::from(held.is_some_and(|held| held > 0));
         held
     }
@@ -171,9 +171,9 @@ impl PartSearch {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
             let known = self.contacts.len();
             let found = self.contact(input, leaf, counters);
-            if let Found::Admissible(contact) | Found::NearlyFlush(contact) = found {
+            if let Found::Admissible(contact) | Found::NearlyFlush(contact) | Found::BesideValley(contact) = found {
                 self.contacts.push(contact);
-                self.keep(input, leaf, [known, left], matches!(found, Found::NearlyFlush(_)), counters);
+                self.keep(input, leaf, [known, left], &found, counters);
             }
             return;
         };

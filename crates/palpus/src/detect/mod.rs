@@ -1,5 +1,6 @@
 //! Contact determination: all contacts of two bodies at a pose \[K02 §3.4, §4.1\].
 
+mod apart;
 mod batch;
 mod confirm;
 mod contact;

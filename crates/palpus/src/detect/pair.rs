@@ -1,8 +1,9 @@
 //! The result of one pair of pieces: a contact at its closest points, a contact at its depth, or no
 //! contact.
 
+use super::apart::Apart;
 use super::contact::points_about;
-use super::found::{Found, at, at_closest};
+use super::found::{Found, at};
 use super::part::PartSearch;
 use super::query_input::QueryInput;
 use super::{Contact, QueryCounters};
@@ -19,9 +20,7 @@ impl PartSearch {
     pub(super) fn may_touch(&self, input: &QueryInput<'_>) -> u32 {
         let touches = |leaf: &&LeafPair| match &leaf.proximity {
             Proximity::Disjoint(closest) => {
-                let admitted = admits(input, leaf, closest);
-                let continues = |slope| on_continued(input, leaf, closest, admitted, slope).is_some();
-                admitted == [true; 2] || self.patch_slope.is_some_and(continues)
+                !matches!(Apart::new(input, leaf, closest).contact(self.patch_slope), Found::Nothing)
             }
             Proximity::Overlapping(_) => !self.front.is_inadmissible(leaf),
         };
@@ -40,12 +39,7 @@ impl PartSearch {
         let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
-        let admitted = admits(input, leaf, &closest);
-        if admitted == [true; 2] {
-            return Found::Admissible(at_closest(leaf, &closest));
-        }
-        let continued = |slope| on_continued(input, leaf, &closest, admitted, slope);
-        self.patch_slope.and_then(continued).map_or(Found::Nothing, Found::NearlyFlush)
+        Apart::new(input, leaf, &closest).contact(self.patch_slope)
     }
 
     fn at_depth(
@@ -141,13 +135,14 @@ impl PartSearch {
     /// Adds the other corners of a leaf pair's new contact, which is at index `known`. Stores all
     /// these contacts for ticks in which the quota is spent. Leaves room for one contact of each of
     /// the `left` remaining leaf pairs, so that corners of one pair do not displace another pair's
-    /// contact. A contact that exists only because faces are `nearly_flush` needs a patch.
+    /// contact. A contact that exists only because faces are nearly flush needs a patch. `found` is
+    /// the result of the pair.
     pub(super) fn keep(
         &mut self,
         input: &QueryInput<'_>,
         leaf: &LeafPair,
         [known, left]: [usize; 2],
-        nearly_flush: bool,
+        found: &Found,
         counters: &mut QueryCounters,
     ) {
         debug_assert!(self.contacts.len() + left <= self.capacity);
@@ -159,12 +154,13 @@ impl PartSearch {
             // Many contacts together describe the surface as well as the corners of each contact
             // would.
             let has_patch = self.spread(input, &contact, slope * (1.0 - self.rest_share), room, counters);
-            if nearly_flush && !has_patch {
+            if matches!(found, Found::NearlyFlush(_)) && !has_patch {
                 self.contacts.truncate(known);
             }
         }
         if let Some(place) = leaf.place {
-            self.held.keep(place, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &input.place);
+            let (pieces, is_beside) = ([leaf.piece_a, leaf.piece_b], matches!(found, Found::BesideValley(_)));
+            self.held.keep(place, pieces, &self.contacts[known..], is_beside, &input.place);
         }
     }
 }
@@ -183,7 +179,9 @@ impl PartSearch {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
         let (piece_a, piece_b) = input.pieces(contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
-        let slope = self.patch.find(piece_a, piece_b, &input.place, &touch, slope, input.tolerance);
+        let valleys = [input.a.admissible_normals(contact.piece_a), input.b.admissible_normals(contact.piece_b)]
+            .map(|normals| normals.valleys());
+        let slope = self.patch.find([piece_a, piece_b], valleys, &input.place, &touch, slope, input.tolerance);
         counters.patches += 1;
         let corners = self.patch.corners();
         if corners.len() > room {
@@ -197,49 +195,4 @@ impl PartSearch {
         counters.corners += (corners.len() - 1) as u32;
         corners.len() > 1
     }
-}
-
-/// Returns for a and for b whether the closest point lies on the mesh and the direction of the
-/// closest points is a normal of the mesh there. If not, the points belong to another pair of
-/// pieces, or are not a contact.
-fn admits(input: &QueryInput<'_>, leaf: &LeafPair, closest: &Closest) -> [bool; 2] {
-    let QueryInput { a, b, place, .. } = input;
-    let Closest { point_a, point_b, normal, features, .. } = *closest;
-    [
-        a.admits(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal)),
-        b.admits(leaf.piece_b, features.b, point_b, normal),
-    ]
-}
-
-/// Returns the contact at the closest points of two pieces along the normal of a flat face that
-/// continues beyond one of the pieces ([`AdmissibleNormals::continued_normal`]). `None` if the
-/// other piece does not admit the direction of the closest points, or is not of such a face either.
-/// `admitted` is the result of [`admits`].
-fn on_continued(
-    input: &QueryInput<'_>,
-    leaf: &LeafPair,
-    closest: &Closest,
-    admitted: [bool; 2],
-    slope: f64,
-) -> Option<Contact> {
-    let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
-    let outward = input.place.inverse_vector(-normal);
-    // Most pieces of curved surfaces end here.
-    if !(admitted[0] || input.a.admissible().may_continue(leaf.piece_a, outward, slope))
-        || !(admitted[1] || input.b.admissible().may_continue(leaf.piece_b, normal, slope))
-    {
-        return None;
-    }
-    let [normals_a, normals_b] = input.admissible_normals(leaf);
-    let along_a = || Some(-input.place.vector(normals_a.continued_normal(features.a, outward, slope)?));
-    let along_b = || normals_b.continued_normal(features.b, normal, slope);
-    let flat = match admitted {
-        [true, true] => return None,
-        [false, true] => along_a()?,
-        [true, false] => along_b()?,
-        [false, false] => (along_a()? + along_b()?).normalize(),
-    };
-    let separation = distance * normal.dot(flat);
-    let points = points_about(point_a.midpoint(point_b), flat, separation);
-    Some(at(leaf, features, points, flat, separation))
 }

@@ -226,13 +226,10 @@ impl PartSearch {
             let known = self.contacts.len();
             let before = counters.work();
             let foretold = if rests { self.foretell(input, &leaf) } else { None };
-            let mut nearly_flush = false;
-            match self.contact(input, &leaf, counters) {
+            let found = self.contact(input, &leaf, counters);
+            match found {
                 Found::Nothing => counters.virtual_closest += 1,
-                Found::NearlyFlush(contact) => {
-                    nearly_flush = true;
-                    self.contacts.push(contact);
-                }
+                Found::NearlyFlush(contact) | Found::BesideValley(contact) => self.contacts.push(contact),
                 Found::Admissible(contact) if least_depth_is_confirmed(input, &contact) => {
                     self.contacts.push(contact);
                 }
@@ -255,7 +252,7 @@ impl PartSearch {
             }
             self.sample.weigh(&mut self.contacts[known..], &input.range());
             self.touching += u32::from(self.contacts.len() > known);
-            self.keep(input, &leaf, [known, count - k - 1], nearly_flush, counters);
+            self.keep(input, &leaf, [known, count - k - 1], &found, counters);
             if rests {
                 self.rest(input, &leaf, known, foretold);
             }
@@ -273,7 +270,7 @@ impl PartSearch {
             Some(leaf) => match self.contact(input, &leaf, counters) {
                 Found::Admissible(contact) | Found::Moved(contact, _) => Some(contact),
                 Found::Inadmissible(contact) => contact,
-                Found::NearlyFlush(_) | Found::Nothing => None,
+                Found::NearlyFlush(_) | Found::BesideValley(_) | Found::Nothing => None,
             },
             None => {
                 let apart = self.leaves.as_slice().iter().filter_map(|leaf| match leaf.proximity {

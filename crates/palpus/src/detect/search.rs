@@ -1,10 +1,10 @@
 //! All contacts of two bodies within the tolerance \[K02 §3.4, §4.1\].
 //!
 //! 1. The front over both hierarchies ([`Front`]) returns the leaf pairs within the tolerance.
-//! 2. Pieces that are apart have a contact at their closest points. The contact is left out if
-//!    these points are not on the surface, or if their direction is not a normal of both meshes
-//!    there ([`Body::admits`]). For example, the far side of a thin wall cannot be touched from
-//!    within the wall. Beyond the end of an edge's Gauss arc, the neighbouring piece is nearer.
+//! 2. Pieces that are apart have a contact at their closest points, if these points are on the
+//!    surface and their direction is a normal of both meshes there ([`Body::admits`]). Beyond the
+//!    end of an edge's Gauss arc, the neighbouring piece is nearer. If the settings request patches,
+//!    the contact may also lie beyond the end of a piece (`apart`).
 //! 3. Pieces that overlap have a contact at their penetration depth. The depth walk starts from the
 //!    pair's last normal, the normal of the march and the line of centroids. If the walk ends on a
 //!    normal that one of the meshes does not have, the least depth along a shared normal is used
@@ -23,9 +23,8 @@
 //! A pair of pieces has one contact at its exact witness points. If the settings request patches,
 //! it has one contact for each corner of its *patch* ([`Patch`]), the region in which flush
 //! features touch. A flat face may consist of several pieces. If another face is nearly flush with
-//! it, each pair of their pieces that are apart has a patch
-//! ([`continued_normal`](crate::body::AdmissibleNormals::continued_normal)), although the closest
-//! points of most pairs lie inside the flat face, in a direction that is not its normal.
+//! it, each pair of their pieces that are apart has a patch, although the closest points of most
+//! pairs lie inside the flat face, in a direction that is not its normal.
 //!
 //! Contacts are in the order in which they began; after a jump, in the order of the descent. The
 //! same sequence of poses gives the same order.

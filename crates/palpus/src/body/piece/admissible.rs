@@ -32,9 +32,11 @@ mod build;
 mod cap;
 #[cfg(test)]
 mod tests;
+mod valley;
 
 pub use cap::Cap;
 use glam::DVec3;
+pub(crate) use valley::{Valley, gap_beside};
 
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, ADMISSIBLE_TRIANGLES};
@@ -48,6 +50,7 @@ pub struct Admissible {
     faces: Vec<SurfaceFace>,
     borrowed: Vec<Borrowed>,
     arcs: Vec<SurfaceArc>,
+    valleys: Vec<Valley>,
     /// For each vertex of each piece, the mesh vertex at the same position, or [`NONE`].
     corners: Vec<u32>,
     caps: Vec<Cap>,
@@ -68,6 +71,7 @@ struct Range {
     faces: u32,
     borrowed: u32,
     arcs: u32,
+    valleys: u32,
     corners: u32,
 }
 
@@ -116,6 +120,7 @@ impl Admissible {
             faces: &self.faces[from.faces as usize..to.faces as usize],
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
             arcs: &self.arcs[from.arcs as usize..to.arcs as usize],
+            valleys: &self.valleys[from.valleys as usize..to.valleys as usize],
             corners: &self.corners[from.corners as usize..to.corners as usize],
             // While the caps are computed, their list is empty.
             cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),
@@ -174,6 +179,7 @@ pub struct AdmissibleNormals<'a> {
     faces: &'a [SurfaceFace],
     borrowed: &'a [Borrowed],
     arcs: &'a [SurfaceArc],
+    valleys: &'a [Valley],
     corners: &'a [u32],
     cap: Cap,
 }

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use super::Touch;
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_FACES, PATCH_SIDES};
-use crate::body::{Feature, Polytope, Provenance};
+use crate::body::{Feature, Polytope, Provenance, Valley};
 
 /// The outlines of the faces of one piece that nearly lie in the contact plane. If no face is flat
 /// enough, the list has outlines of edges.
@@ -28,6 +28,8 @@ pub(super) struct Outline {
     height: f64,
     rise: DVec2,
     pub(super) feature: Feature,
+    /// Bit k is set if side k is a valley.
+    valleys: u32,
 }
 
 /// A side of an outline.
@@ -93,6 +95,7 @@ impl Outline {
         height: 0.0,
         rise: DVec2::ZERO,
         feature: Feature::Vertex(0),
+        valleys: 0,
     };
 
     pub(super) fn corners(&self) -> &[DVec2] {
@@ -117,19 +120,34 @@ impl Outline {
         Side { from, along: self.corners[next] - from }
     }
 
+    /// Returns true if side `k` is a valley.
+    pub(super) fn is_valley(&self, k: usize) -> bool {
+        self.valleys & (1 << k) != 0
+    }
+
     /// Replaces this outline by that of a face. `turned` is true for a face whose loop runs
     /// clockwise about the normal.
-    fn set_face(&mut self, polytope: &Polytope, face: u32, frame: &Frame, turned: bool) {
-        (self.feature, self.count) = (Feature::Face(face), 0);
+    fn set_face(&mut self, polytope: &Polytope, valleys: &[Valley], face: u32, frame: &Frame, turned: bool) {
+        (self.feature, self.count, self.valleys) = (Feature::Face(face), 0, 0);
         let corners = polytope.face_vertices(face);
         let stride = corners.len().div_ceil(PATCH_SIDES);
         for k in (0..corners.len()).step_by(stride) {
-            let place = frame.point(polytope.vertex(corners.at(k)));
+            let from = corners.at(k);
+            let place = frame.point(polytope.vertex(from));
+            // A side that leaves corners out is not an edge.
+            let is_valley = |valley: &Valley| valley.face == face && valley.ends[0] == from;
+            self.valleys |= u32::from(stride == 1 && valleys.iter().any(is_valley)) << self.count;
             self.corners[self.count] = place.truncate();
             self.count += 1;
         }
         if turned {
             self.corners[..self.count].reverse();
+            // Side k led to corner k + 1, and now begins there.
+            if self.valleys != 0 {
+                let count = self.count as u32;
+                let reversed = self.valleys.reverse_bits() >> (u32::BITS - count);
+                self.valleys = reversed >> 1 | (reversed & 1) << (count - 1);
+            }
         }
         let plane = polytope.plane(face);
         let normal = frame.vector(plane.normal);
@@ -159,7 +177,15 @@ impl Outlines {
 
     /// Does step 1 for one piece. `outward` is 1 if the piece's surface faces along the normal, and
     /// −1 if the surface faces against the normal.
-    pub(super) fn gather(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame, outward: f64, slope: f64) {
+    pub(super) fn gather(
+        &mut self,
+        polytope: &Polytope,
+        valleys: &[Valley],
+        feature: Feature,
+        frame: &Frame,
+        outward: f64,
+        slope: f64,
+    ) {
         (self.count, self.slope) = (0, slope);
         if let Feature::Vertex(v) = feature
             && is_steep(polytope, v, frame, slope)
@@ -184,7 +210,7 @@ impl Outlines {
             self.slope = left_out.sqrt();
         }
         for &(face, _) in faces.iter().take(PATCH_FACES) {
-            self.list[self.count].set_face(polytope, face, frame, outward < 0.0);
+            self.list[self.count].set_face(polytope, valleys, face, frame, outward < 0.0);
             self.count += 1;
         }
         if self.count == 0 {

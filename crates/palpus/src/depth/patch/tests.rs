@@ -46,7 +46,7 @@ fn corners(a: &Polytope, b: &Polytope, pose: &Pose) -> (Vec<Corner>, f64) {
         normal: closest.normal,
     };
     let mut patch = Patch::new();
-    patch.find(a, b, &place, &touch, SLOPE, WITHIN);
+    patch.find([a, b], [&[]; 2], &place, &touch, SLOPE, WITHIN);
     (patch.corners().to_vec(), closest.distance)
 }
 

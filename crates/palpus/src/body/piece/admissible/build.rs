@@ -4,7 +4,8 @@
 //!    face then counts as the normal of the triangle.
 //! 2. For each piece, find its surface faces, and how much of each face is covered by triangles.
 //! 3. For each edge of a surface face, find the sides of the face's triangles along the edge, and
-//!    how the mesh bends at these sides. If the mesh bends outward, add an arc.
+//!    how the mesh bends at these sides. If the mesh bends outward, add an arc; if it bends inward,
+//!    add a valley.
 //! 4. Find the mesh vertex at each vertex of a piece, and the neighbours of each mesh vertex.
 //! 5. Compute a cap around all admissible normals of each piece (`cap`).
 //! 6. For each piece, find the flat faces of the mesh that continue beyond it.
@@ -13,7 +14,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3};
 
-use super::{Admissible, AdmissibleNormals, Borrowed, Cap, Range, SurfaceArc, SurfaceFace, is_original};
+use super::{Admissible, AdmissibleNormals, Borrowed, Cap, Range, SurfaceArc, SurfaceFace, Valley, is_original};
 use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
 use crate::algebra::{Plane, Workers, both, map_in_order};
 use crate::body::decompose::facet::NONE;
@@ -45,6 +46,7 @@ impl Admissible {
             faces: Vec::with_capacity(sum(|part| part.faces.len())),
             borrowed: Vec::with_capacity(sum(|part| part.borrowed.len())),
             arcs: Vec::with_capacity(sum(|part| part.arcs.len())),
+            valleys: Vec::with_capacity(sum(|part| part.valleys.len())),
             corners: Vec::with_capacity(sum(|part| part.corners.len())),
             edge_starts,
             edges,
@@ -95,14 +97,56 @@ impl Admissible {
     fn of_some(source: &Source<'_>, polytopes: &[Polytope], pieces: &[Piece]) -> Self {
         let mut answer = Self::default();
         for (polytope, piece) in polytopes.iter().zip(pieces) {
-            let first = [answer.faces.len(), answer.borrowed.len()];
+            let first = answer.faces.len();
             surface_faces(source, polytope, piece, &mut answer.faces);
-            let faces = &answer.faces[first[0]..];
-            surface_arcs(source, polytope, piece, faces, &mut answer.borrowed, first[1], &mut answer.arcs);
+            answer.add_edges(source, polytope, piece, first);
             corners(source.mesh, polytope, piece, &mut answer.corners);
             answer.pieces.push(answer.end());
         }
         answer
+    }
+
+    /// Appends the arcs, borrowed normals and valleys of one piece. Its surface faces begin at
+    /// `first`.
+    fn add_edges(&mut self, source: &Source<'_>, polytope: &Polytope, piece: &Piece, first: usize) {
+        let Self { faces, borrowed, arcs, valleys, .. } = self;
+        let (faces, first) = (&faces[first..], borrowed.len());
+        let own = |face: u32| faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| faces[k]);
+        let sides = Sides::of(source, polytope, piece, faces);
+        for (e, edge) in polytope.edges().enumerate() {
+            let e = e as u32;
+            let both = [own(edge.left), own(edge.right)];
+            let (turned, mine, other) = match both {
+                [None, None] => continue,
+                [Some(left), Some(right)] => {
+                    let is_outward =
+                        |of_left| matches!(sides.bend(source, polytope, e, of_left), Some(Bend::Outward(_)));
+                    if left.whole && right.whole || is_outward(true) || is_outward(false) {
+                        arcs.push(SurfaceArc { edge: e, left: edge.left, right: edge.right });
+                    }
+                    continue;
+                }
+                [Some(_), None] => (true, edge.left, edge.right),
+                [None, Some(_)] => (false, edge.right, edge.left),
+            };
+            match sides.bend(source, polytope, e, turned) {
+                None => {}
+                Some(Bend::Outward(normal)) => {
+                    let theirs = (polytope.face_count() + borrowed.len() - first) as u32;
+                    let offset = normal.dot(polytope.vertex(edge.tail)).max(normal.dot(polytope.vertex(edge.head)));
+                    borrowed.push(Borrowed { plane: Plane { normal, offset }, edge: e });
+                    let (left, right) = if turned { (mine, theirs) } else { (theirs, mine) };
+                    arcs.push(SurfaceArc { edge: e, left, right });
+                }
+                Some(Bend::Inward(beyond)) => {
+                    let plane = polytope.plane(mine);
+                    let ends = if turned { [edge.tail, edge.head] } else { [edge.head, edge.tail] };
+                    if plane.normal.dot(beyond) > 0.0 {
+                        valleys.push(Valley { edge: e, ends, face: mine, other, plane, beyond });
+                    }
+                }
+            }
+        }
     }
 
     /// Returns the current length of each array.
@@ -111,22 +155,25 @@ impl Admissible {
             faces: self.faces.len() as u32,
             borrowed: self.borrowed.len() as u32,
             arcs: self.arcs.len() as u32,
+            valleys: self.valleys.len() as u32,
             corners: self.corners.len() as u32,
         }
     }
 
     /// Appends the entries of the next pieces.
     fn append(&mut self, part: Self) {
-        let Range { faces, borrowed, arcs, corners } = self.end();
+        let Range { faces, borrowed, arcs, valleys, corners } = self.end();
         self.pieces.extend(part.pieces.into_iter().map(|end| Range {
             faces: faces + end.faces,
             borrowed: borrowed + end.borrowed,
             arcs: arcs + end.arcs,
+            valleys: valleys + end.valleys,
             corners: corners + end.corners,
         }));
         self.faces.extend(part.faces);
         self.borrowed.extend(part.borrowed);
         self.arcs.extend(part.arcs);
+        self.valleys.extend(part.valleys);
         self.corners.extend(part.corners);
     }
 }
@@ -206,45 +253,6 @@ fn surface_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces:
     }
 }
 
-/// Appends the arcs and borrowed normals of one piece. `first` is the index of its first borrowed
-/// normal.
-fn surface_arcs(
-    source: &Source<'_>,
-    polytope: &Polytope,
-    piece: &Piece,
-    faces: &[SurfaceFace],
-    borrowed: &mut Vec<Borrowed>,
-    first: usize,
-    arcs: &mut Vec<SurfaceArc>,
-) {
-    let own = |face: u32| faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| faces[k]);
-    let sides = Sides::of(source, polytope, piece, faces);
-    for (e, edge) in polytope.edges().enumerate() {
-        let e = e as u32;
-        let both = [own(edge.left), own(edge.right)];
-        let (turned, mine) = match both {
-            [None, None] => continue,
-            [Some(left), Some(right)] => {
-                let real = left.whole && right.whole
-                    || sides.turn(source, polytope, e, true).is_some()
-                    || sides.turn(source, polytope, e, false).is_some();
-                if real {
-                    arcs.push(SurfaceArc { edge: e, left: edge.left, right: edge.right });
-                }
-                continue;
-            }
-            [Some(_), None] => (true, edge.left),
-            [None, Some(_)] => (false, edge.right),
-        };
-        let Some(normal) = sides.turn(source, polytope, e, turned) else { continue };
-        let theirs = (polytope.face_count() + borrowed.len() - first) as u32;
-        let offset = normal.dot(polytope.vertex(edge.tail)).max(normal.dot(polytope.vertex(edge.head)));
-        borrowed.push(Borrowed { plane: Plane { normal, offset }, edge: e });
-        let (left, right) = if turned { (mine, theirs) } else { (theirs, mine) };
-        arcs.push(SurfaceArc { edge: e, left, right });
-    }
-}
-
 /// The sides of triangles along the borders of a piece's surface faces.
 struct Sides {
     /// Tuples of face, tail point, head point, triangle and number of the side in the triangle;
@@ -278,10 +286,10 @@ impl Sides {
         Self { sides }
     }
 
-    /// Returns the normal of the mesh across edge `e`, as seen from its left face if `of_left`,
-    /// else from its right face. The result is never beyond the normal of the other face. Returns
-    /// `None` if the mesh does not bend outward.
-    fn turn(&self, source: &Source<'_>, polytope: &Polytope, e: u32, of_left: bool) -> Option<DVec3> {
+    /// Returns how the mesh bends across edge `e`, as seen from its left face if `of_left`, else
+    /// from its right face. If the mesh bends outward at a part of the edge, it counts as bent
+    /// outward. `None` if the mesh is flat there.
+    fn bend(&self, source: &Source<'_>, polytope: &Polytope, e: u32, of_left: bool) -> Option<Bend> {
         let edge = polytope.edge(e);
         let (face, other) = if of_left { (edge.left, edge.right) } else { (edge.right, edge.left) };
         let (tail, head) = if of_left { (edge.tail, edge.head) } else { (edge.head, edge.tail) };
@@ -294,6 +302,8 @@ impl Sides {
         let angle_to = |n: DVec3| along.dot(normal.cross(n)).atan2(normal.dot(n));
         let begin = self.sides.partition_point(|side| side.0 < face);
         let mut widest = 0.0_f64;
+        // The normal beyond the valley where the mesh bends least.
+        let mut beyond: Option<DVec3> = None;
         for &(_, p, q, t, k) in self.sides[begin..].iter().take_while(|side| side.0 == face) {
             // On the back of a sheet, the sides run the other way, and ridges are valleys.
             let back = source.is_back(t, plane);
@@ -303,21 +313,34 @@ impl Sides {
             if e <= s || e <= tolerance || s >= length - tolerance || off(p).max(off(q)) > tolerance {
                 continue;
             }
-            let angle = match (source.half_edges.kind(t, k), source.half_edges.neighbour(t, k)) {
-                (EdgeKind::Open | EdgeKind::NonManifold, _) | (_, None) => FRAC_PI_2,
+            let [ridge, valley] = [EdgeKind::Convex, EdgeKind::Reflex];
+            let [ridge, valley] = if back { [valley, ridge] } else { [ridge, valley] };
+            match (source.half_edges.kind(t, k), source.half_edges.neighbour(t, k)) {
+                (EdgeKind::Open | EdgeKind::NonManifold, _) | (_, None) => widest = widest.max(FRAC_PI_2),
                 (kind, Some((n, _))) => {
-                    let ridge = if back { EdgeKind::Reflex } else { EdgeKind::Convex };
-                    if kind == ridge { angle_to(sign * source.normals[n as usize]) } else { 0.0 }
+                    let theirs = sign * source.normals[n as usize];
+                    if kind == ridge {
+                        widest = widest.max(angle_to(theirs));
+                    } else if kind == valley && beyond.is_none_or(|beyond| normal.dot(theirs) > normal.dot(beyond)) {
+                        beyond = Some(theirs);
+                    }
                 }
-            };
-            widest = widest.max(angle);
+            }
         }
         if widest <= 0.0 {
-            return None;
+            return beyond.map(Bend::Inward);
         }
         let limit = angle_to(polytope.plane(other).normal);
-        Some(DQuat::from_axis_angle(along, widest.min(limit)) * normal)
+        Some(Bend::Outward(DQuat::from_axis_angle(along, widest.min(limit)) * normal))
     }
+}
+
+/// How the mesh bends at an edge of a surface face.
+enum Bend {
+    /// The normal of the mesh beyond the edge, at most that of the other face.
+    Outward(DVec3),
+    /// The normal of the mesh beyond the edge.
+    Inward(DVec3),
 }
 
 /// Appends the mesh vertex at each vertex of the piece, or [`NONE`]. Searches the corners of the
