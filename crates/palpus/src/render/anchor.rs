@@ -23,11 +23,14 @@ use glam::{DQuat, DVec3};
 use crate::algebra::tolerance::{COUPLING_MOST_TURN, COUPLING_RETURN, COUPLING_SLIP, COUPLING_SLIP_TURN};
 use crate::algebra::{Twist, rotation_between};
 
-/// Displacement of the anchor from the device's grip, in b's frame.
+/// Displacement of the anchor from the device's grip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
-    /// Translation of the anchor, m.
+    /// Translation of the anchor, m, in b's frame.
     slip: DVec3,
+    /// Orientation of the anchor in the device's frame. If it were a rotation in b's frame, the
+    /// torque after a slip by more than a quarter turn would push the device farther in the
+    /// direction in which a hand tilts it.
     turn: DQuat,
 }
 
@@ -48,10 +51,12 @@ impl Anchor {
     /// Moves the anchor if it slips. Returns the coupling's rotation (rad) from the tool to the
     /// device. The spring reaches its torque limit at a rotation of `levelled` (rad).
     pub(super) fn turn(&mut self, tool: DQuat, device: DQuat, levelled: f64) -> DVec3 {
-        let turn = rotation_between(tool, self.turn * device);
+        let anchor = device * self.turn;
+        let turn = rotation_between(tool, anchor);
         let share = share_kept(turn.length(), (levelled + COUPLING_SLIP_TURN).min(COUPLING_MOST_TURN));
         if share < 1.0 {
-            self.turn = (DQuat::from_scaled_axis(turn * (share - 1.0)) * self.turn).normalize();
+            let slipped = DQuat::from_scaled_axis(turn * (share - 1.0)) * anchor;
+            self.turn = (device.conjugate() * slipped).normalize();
         }
         turn * share
     }
@@ -87,5 +92,20 @@ mod tests {
             last = turn;
         }
         assert!((last.z - COUPLING_MOST_TURN).abs() < 1e-9, "{last}");
+    }
+
+    #[test]
+    fn torque_opposes_a_tilt_after_any_slip() {
+        let (levelled, tilt) = (0.2, 1e-3);
+        for k in 0..200 {
+            let device = DQuat::from_rotation_z(0.02 * f64::from(k));
+            let mut anchor = Anchor::AT_GRIP;
+            for j in 0..=k {
+                anchor.turn(DQuat::IDENTITY, DQuat::from_rotation_z(0.02 * f64::from(j)), levelled);
+            }
+            let before = anchor.turn(DQuat::IDENTITY, device, levelled);
+            let after = anchor.turn(DQuat::IDENTITY, DQuat::from_rotation_x(tilt) * device, levelled);
+            assert!((after - before).x > 0.9 * tilt, "after {} rad: {}", 0.02 * f64::from(k), after - before);
+        }
     }
 }
