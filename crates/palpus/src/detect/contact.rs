@@ -25,9 +25,9 @@ pub struct Contact {
     /// d of \[K02\]: the distance if the bodies are apart, or minus the depth if they overlap, in
     /// model units (metres in a scene).
     pub separation: f64,
-    /// Tangent of the tilt angle of the contact's patch ([`crate::depth::Patch`]): if the bodies
-    /// are tilted by up to this angle, the other corners of the patch are contacts too. 0 if
-    /// patches are not computed.
+    /// Tangent of the tilt angle of the contact's patch, the region in which flush features touch:
+    /// if the bodies are tilted by up to this angle, the other corners of the patch are contacts
+    /// too. 0 if patches are not computed.
     pub slope: f64,
     /// The number of contacts that this contact represents in load sharing. It is usually 1. It is
     /// larger in a sample of many contacts, and smaller while a contact is added to or removed from

@@ -27,8 +27,8 @@ pub struct QuerySettings {
     /// Selects whether depths are proven globally least.
     pub proof: Proof,
     /// Contacts at the corners of flush pieces' patches, for tilts up to this angle (rad, above 0
-    /// and below a right angle); `None`: one exact contact for each pair of pieces. See
-    /// [`Patch`](crate::depth::Patch).
+    /// and below a right angle), and contacts beside edges where a surface bends inward. `None`: at
+    /// most one contact for each pair of pieces, at its exact witness points.
     pub patch_angle: Option<f64>,
     /// If true, the query guards against tunnelling: a fast body does not pass a thin part between
     /// two queries.

@@ -33,8 +33,9 @@ pub struct Settings {
     /// Damping of the normal motion of each cluster, N·s/m; 0 for no damping.
     pub damping: f64,
     /// Pieces that are flush, or tilted by less than this angle (rad), touch at the corners of
-    /// their overlap, whose loads fade out toward this angle (see [`crate::depth::Patch`]). `None`:
-    /// each pair of pieces has one exact witness point, which jumps when flush pieces tilt.
+    /// their overlap, whose loads fade out toward this angle. A tool near an edge where a surface
+    /// bends inward touches both sides. `None`: each pair of pieces has at most one contact, at its
+    /// exact witness points, which jump when flush pieces tilt.
     #[cfg_attr(feature = "serde", serde(alias = "blend_angle"))]
     pub patch_angle: Option<f64>,
     /// Force shading: force directions from smoothed normals. `None`: the directions are the
