@@ -209,8 +209,8 @@ impl Mesh {
     }
 
     /// Returns true if the component of triangle `t` is a sheet: an open surface whose both sides
-    /// can be touched, because one of its openings is wide. A component with small holes alone, such
-    /// as a scan with a few missing triangles, is not a sheet.
+    /// can be touched, because one of its openings is wide. A component with small holes alone,
+    /// such as a scan with a few missing triangles, is not a sheet.
     pub fn is_sheet(&self, t: u32) -> bool {
         self.component_sheet[self.component[t as usize] as usize]
     }

@@ -136,15 +136,17 @@ impl<'q> Apart<'q> {
 pub(super) fn beside_valley_again(input: &QueryInput<'_>, memory: &PairMemory) -> Contact {
     let place = &input.place;
     let contact = memory.extrapolate(place);
-    let points = [place.inverse_point(memory.point_b), place.point(memory.point_a)];
-    let normals = [input.a.admissible_normals(contact.piece_a), input.b.admissible_normals(contact.piece_b)];
-    let gaps = [contact.features.a, contact.features.b].into_iter().zip(normals).zip(points).flat_map(
-        |((feature, normals), point)| {
-            let of_face = move |valley: &&Valley| Feature::Face(valley.face) == feature;
-            let gap = move |valley: &Valley| valley.gap(normals.polytope(), point, input.tolerance);
-            normals.valleys().iter().filter(of_face).filter_map(gap)
-        },
-    );
-    let separation = gaps.fold(f64::INFINITY, f64::min);
+    let (piece_a, piece_b) = input.pieces(contact.piece_a, contact.piece_b);
+    let (valleys_a, valleys_b) =
+        (input.a.admissible().valleys_of(contact.piece_a), input.b.admissible().valleys_of(contact.piece_b));
+    let (on_a, on_b) = (place.point(memory.point_a), place.inverse_point(memory.point_b));
+    let sides = [(contact.features.a, piece_a, valleys_a, on_b), (contact.features.b, piece_b, valleys_b, on_a)];
+    let separation = sides
+        .into_iter()
+        .flat_map(|(feature, piece, valleys, point)| {
+            let of_face = valleys.iter().filter(move |valley| Feature::Face(valley.face) == feature);
+            of_face.filter_map(move |valley| valley.gap(piece, point, input.tolerance))
+        })
+        .fold(f64::INFINITY, f64::min);
     memory.contact(contact.midpoint(), contact.normal, separation)
 }

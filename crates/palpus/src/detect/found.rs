@@ -7,7 +7,6 @@ use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair};
 
 /// Result of a pair of pieces within tolerance.
-#[derive(Clone, Copy)]
 pub(super) enum Found {
     /// No contact: the closest points are not on both surfaces.
     Nothing,

@@ -179,8 +179,8 @@ impl PartSearch {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
         let (piece_a, piece_b) = input.pieces(contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
-        let valleys = [input.a.admissible_normals(contact.piece_a), input.b.admissible_normals(contact.piece_b)]
-            .map(|normals| normals.valleys());
+        let (a, b) = (input.a.admissible(), input.b.admissible());
+        let valleys = [a.valleys_of(contact.piece_a), b.valleys_of(contact.piece_b)];
         let slope = self.patch.find([piece_a, piece_b], valleys, &input.place, &touch, slope, input.tolerance);
         counters.patches += 1;
         let corners = self.patch.corners();

@@ -3,8 +3,8 @@
 //! 1. The front over both hierarchies ([`Front`]) returns the leaf pairs within the tolerance.
 //! 2. Pieces that are apart have a contact at their closest points, if these points are on the
 //!    surface and their direction is a normal of both meshes there ([`Body::admits`]). Beyond the
-//!    end of an edge's Gauss arc, the neighbouring piece is nearer. If the settings request patches,
-//!    the contact may also lie beyond the end of a piece (`apart`).
+//!    end of an edge's Gauss arc, the neighbouring piece is nearer. If the settings request
+//!    patches, the contact may also lie beyond the end of a piece (`apart`).
 //! 3. Pieces that overlap have a contact at their penetration depth. The depth walk starts from the
 //!    pair's last normal, the normal of the march and the line of centroids. If the walk ends on a
 //!    normal that one of the meshes does not have, the least depth along a shared normal is used

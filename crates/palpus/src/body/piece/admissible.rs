@@ -120,7 +120,7 @@ impl Admissible {
             faces: &self.faces[from.faces as usize..to.faces as usize],
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
             arcs: &self.arcs[from.arcs as usize..to.arcs as usize],
-            valleys: &self.valleys[from.valleys as usize..to.valleys as usize],
+            valleys: self.valleys_of(k),
             corners: &self.corners[from.corners as usize..to.corners as usize],
             // While the caps are computed, their list is empty.
             cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),

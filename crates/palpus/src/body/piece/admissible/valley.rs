@@ -15,7 +15,7 @@
 
 use glam::DVec3;
 
-use super::AdmissibleNormals;
+use super::{Admissible, AdmissibleNormals};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{VALLEY_BELOW, VALLEY_SHARE};
 use crate::body::{Feature, Polytope};
@@ -80,12 +80,15 @@ pub(crate) fn gap_beside(height: f64, distance: f64, tolerance: f64) -> f64 {
     distance - (distance - height.max(0.0)) * near
 }
 
-impl<'a> AdmissibleNormals<'a> {
-    /// Returns all valleys of the piece.
-    pub(crate) fn valleys(&self) -> &'a [Valley] {
-        self.valleys
+impl Admissible {
+    /// Returns the valleys of piece `k`.
+    pub(crate) fn valleys_of(&self, k: u32) -> &[Valley] {
+        let [from, to] = [k, k + 1].map(|end| self.pieces[end as usize].valleys as usize);
+        &self.valleys[from..to]
     }
+}
 
+impl<'a> AdmissibleNormals<'a> {
     /// Returns the valleys that are at `feature`, or border the virtual face `feature`.
     pub(crate) fn valleys_at(&self, feature: Feature) -> impl Iterator<Item = &'a Valley> {
         self.valleys.iter().filter(move |valley| valley.is_at(feature))
