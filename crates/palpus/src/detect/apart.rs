@@ -86,7 +86,8 @@ impl<'q> Apart<'q> {
 
     /// Returns the contact of least separation beside a valley of one of the pieces. `None` if the
     /// other piece does not admit the direction of the closest points: then another piece of its
-    /// body is nearer to the valley.
+    /// body is nearer to the valley. `None` also if its lowest vertex is on the side of the face.
+    /// The vertex is not over the face, or it would be the closest point. It is past another edge.
     fn beside_valley(&self) -> Option<Contact> {
         let nearest = |one: &Contact, other: &Contact| one.separation.total_cmp(&other.separation);
         let FeaturePair { a, b } = self.closest.features;
@@ -114,7 +115,8 @@ impl<'q> Apart<'q> {
         let separation = valley.gap(b.polytope(), point, *tolerance)?;
         let features = FeaturePair { a: Feature::Vertex(tip), b: Feature::Face(valley.face) };
         let points = [point, point - normal * separation];
-        a.vertex_admits(tip, outward).then(|| at(self.leaf, features, points, normal, separation))
+        (valley.is_crossed(b.polytope(), point) && a.vertex_admits(tip, outward))
+            .then(|| at(self.leaf, features, points, normal, separation))
     }
 
     fn beside_valley_of_a(&self, valley: &Valley) -> Option<Contact> {
@@ -124,10 +126,12 @@ impl<'q> Apart<'q> {
         let limit = outward.dot(place.translation) - offset + tolerance;
         let tip = b.tip(self.closest.features.b, outward, limit)?;
         let point = b.polytope().vertex(tip);
-        let separation = valley.gap(a.polytope(), place.inverse_point(point), *tolerance)?;
+        let point_in_a = place.inverse_point(point);
+        let separation = valley.gap(a.polytope(), point_in_a, *tolerance)?;
         let features = FeaturePair { a: Feature::Face(valley.face), b: Feature::Vertex(tip) };
         let points = [point + outward * separation, point];
-        b.vertex_admits(tip, outward).then(|| at(self.leaf, features, points, outward, separation))
+        (valley.is_crossed(a.polytope(), point_in_a) && b.vertex_admits(tip, outward))
+            .then(|| at(self.leaf, features, points, outward, separation))
     }
 }
 

@@ -48,6 +48,12 @@ impl Valley {
         }
     }
 
+    /// Returns true if `point` is not on the side of the surface face, as seen from the valley.
+    pub(crate) fn is_crossed(&self, polytope: &Polytope, point: DVec3) -> bool {
+        let [tail, head] = self.ends.map(|v| polytope.vertex(v));
+        (head - tail).cross(self.plane.normal).dot(point - tail) >= 0.0
+    }
+
     /// Returns the gap between `point` and the plane of the surface face, for contacts within
     /// `tolerance` (length unit of the polytope). `None` if the gap is not less than `tolerance`.
     pub(crate) fn gap(&self, polytope: &Polytope, point: DVec3, tolerance: f64) -> Option<f64> {
@@ -63,8 +69,10 @@ impl Valley {
         if distance >= tolerance {
             return None;
         }
-        // A point below the mesh beyond the valley is not in the valley, but behind a ridge.
-        let above = (1.0 + self.beyond.dot(off) / (VALLEY_BELOW * distance).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        // A point below the mesh on either side of the valley is not in the valley, but behind a
+        // ridge, or on the far side of a sheet or a thin wall.
+        let lower = height.min(self.beyond.dot(off));
+        let above = (1.0 + lower / (VALLEY_BELOW * distance).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         // Beyond the ends, the valley continues only as far as the point is beside it.
         let within = if past > beside { (2.0 - past / beside).max(0.0) } else { 1.0 };
         let share = above * within;
