@@ -765,6 +765,20 @@ pub const SAMPLE_EXCESS: f64 = 0.05;
 /// The share is above 0, so that of two pairs that press equally hard at least one is measured.
 pub const SAMPLE_EQUAL: f64 = 0.02;
 
+/// A sample with this number of contacts stands for all pairs that touch in the same directions,
+/// also while some of its contacts end.
+///
+/// A larger value costs time on close-fitting bodies. With a smaller one, a hard contact may be
+/// missed for some ticks after an impact.
+pub const SAMPLE_LARGE: usize = 40;
+
+/// If the separation of the deepest contact rises by this share of its depth below the contact
+/// offset (at least of the contact offset), the bounds of all represented pairs are tested.
+///
+/// A smaller value tests them more often. With a larger one, a pair may press harder than all
+/// contacts that are left for some ticks.
+pub const FLOOR_RISE: f64 = 0.25;
+
 /// A contact has its full weight if it presses harder than the sample by [`SAMPLE_EXCESS`] plus
 /// this share.
 ///
@@ -792,6 +806,13 @@ pub const SAMPLE_TRAVEL: f64 = 1.0;
 /// Surfaces that slide along each other change their gap by a small part of the motion. A larger
 /// value costs time. With a smaller one, a pair may be deeper than its bound for some ticks.
 pub const REPRESENTED_SLOPE: f64 = 0.04;
+
+/// Assumed change of a represented pair's gap in a motion like the last one, as a multiple of the
+/// change of its nearest bound in the last motion.
+///
+/// Bodies that fall onto each other approach as fast as they move. A larger value costs time. With
+/// a smaller one, a pair may be deeper than its bound for some ticks if the bodies speed up.
+pub const REPRESENTED_APPROACH: f64 = 1.5;
 
 /// Smallest motion after which a represented pair is tested again, as a share of the motion of
 /// [`SAMPLE_TRAVEL`].

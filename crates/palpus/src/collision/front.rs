@@ -120,6 +120,8 @@ pub struct Front {
     rests_from: u64,
     /// Number of represented pairs.
     represented: u32,
+    /// No pair with a smaller separation stays represented, model units.
+    floor: f64,
     /// True if `awake` still contains pairs that have become represented since the last query.
     is_mixed: bool,
     /// The block of `wakes` at which the search for due pairs starts.
@@ -179,6 +181,7 @@ impl Front {
             rest_share: 0.0,
             rests_from: 0,
             represented: 0,
+            floor: f64::INFINITY,
             is_mixed: false,
             first_block: 0,
             was_full: false,

@@ -31,6 +31,8 @@ pub(super) struct MotionBound {
     quantum: f64,
     size: f64,
     last: Option<Placement>,
+    /// The pose before `last`, and the motion from there to `last`.
+    before: Option<(Placement, f64)>,
     /// The last pose of [`Self::motion_to`], and the motion to this pose.
     ahead: Option<(Placement, f64)>,
     sum: u64,
@@ -43,7 +45,7 @@ impl MotionBound {
     pub(super) fn new(box_a: OrientedBox, box_b: OrientedBox) -> Self {
         let size = box_a.half.length() + box_b.half.length();
         let quantum = (MOTION_QUANTUM * size).max(f64::MIN_POSITIVE);
-        Self { box_a, box_b, quantum, size, last: None, ahead: None, sum: 0, turned: 0.0 }
+        Self { box_a, box_b, quantum, size, last: None, before: None, ahead: None, sum: 0, turned: 0.0 }
     }
 
     /// Returns the sum, in quanta.
@@ -54,7 +56,7 @@ impl MotionBound {
 
     /// Resets the sums.
     pub(super) fn clear(&mut self) {
-        (self.last, self.ahead) = (None, None);
+        (self.last, self.before, self.ahead) = (None, None, None);
         self.sum = 0;
     }
 
@@ -65,6 +67,7 @@ impl MotionBound {
         if let Some(last) = &self.last {
             self.turned += angle_between(&last.rotation, &pose_ba.rotation) + MOTION_NOISE;
         }
+        self.before = self.last.zip(moved);
         (self.last, self.ahead) = (Some(*pose_ba), None);
         let moved = moved?;
         self.spend(moved + MOTION_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
@@ -92,6 +95,19 @@ impl MotionBound {
         let moved = moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse()));
         self.ahead = Some((*pose_ba, moved));
         Some(moved)
+    }
+
+    /// Returns an upper bound of the last motion of a part of a against `normal` (in b's frame), as
+    /// a share of the whole motion: 1 if the part moved straight against the normal, as far as any
+    /// point. The part lies within `radius` (model units) of `center` (in a's frame).
+    pub(super) fn approach(&self, center: DVec3, radius: f64, normal: DVec3) -> f64 {
+        match (&self.before, &self.last) {
+            (Some((before, moved)), Some(last)) if *moved > 0.0 => {
+                let turned = before.inverse_vector(normal).distance(last.inverse_vector(normal));
+                (normal.dot(before.point(center) - last.point(center)) + radius * turned) / moved
+            }
+            _ => 0.0,
+        }
     }
 
     /// Adds `length` (model units) to the sum, which shortens all clearances. Returns false if the

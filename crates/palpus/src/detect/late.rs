@@ -101,7 +101,7 @@ impl PartSearch {
 
     /// Moves the leaf pairs of the sample to the start of the list, and returns their number.
     pub(super) fn begin_sampled(&mut self) -> usize {
-        if !self.sample.is_partial() {
+        if !self.sample.represents() {
             return self.leaves.as_slice().len();
         }
         let sample = &self.sample;
@@ -135,8 +135,8 @@ impl PartSearch {
         (separation >= least).then_some((bound, separation))
     }
 
-    /// Marks a measured pair outside the sample as represented if it has no contact, or if its
-    /// contact (from index `known` on) presses no harder than the sample. Returns true if the pair
+    /// Marks a measured pair outside the sample as represented if it overlaps without a contact, or
+    /// if its contact (from index `known` on) presses no harder than the sample. Returns true if the pair
     /// is represented now.
     pub(super) fn represent_measured(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, known: usize) -> bool {
         let mut bound = self.unbounded(input, leaf);
@@ -151,6 +151,9 @@ impl PartSearch {
             let hub = [contact.features.a.some_vertex(piece_a), contact.features.b.some_vertex(piece_b)];
             separation = contact.separation;
             bound = Represented { normal: contact.normal, hub, least, ..bound };
+        } else if !self.sample.is_large() && matches!(leaf.proximity, Proximity::Disjoint(_)) {
+            // A contact may begin at any time.
+            return false;
         }
         self.contacts.truncate(known);
         self.front.represent(&input.placed(), leaf, &bound, separation);

@@ -52,7 +52,7 @@ impl PartSearch {
         if self.front.is_inadmissible(leaf) {
             return Found::Inadmissible(None);
         }
-        if self.prover.is_none() && self.sample.is_partial() {
+        if self.prover.is_none() && self.sample.represents() {
             return self.at_admissible_depth(input, leaf, counters);
         }
         let place = &input.place;

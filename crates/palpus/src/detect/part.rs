@@ -148,15 +148,19 @@ impl PartSearch {
     /// Sets what the next query gets from all parts of the last query: the sample, the share of
     /// rests, and the depth of the overlap (model units).
     pub(super) fn begin(&mut self, sample: &Sample, rest_share: f64, overlap: f64) {
-        self.set_sample(sample, rest_share);
+        self.sample.copy(sample);
+        self.rest_share = rest_share;
+        self.front.represent_above(sample.floor(), sample.has_receded());
         self.front.set_rest_share(rest_share);
         self.overlap = overlap;
     }
 
-    /// Sets the sample and the share of rests for this query's measurements.
+    /// Changes the sample and the share of rests in a query, before its measurements. Any pair may
+    /// then be represented.
     pub(super) fn set_sample(&mut self, sample: &Sample, rest_share: f64) {
         self.sample.copy(sample);
         self.rest_share = rest_share;
+        self.front.represent_above(f64::NEG_INFINITY, false);
     }
 
     /// Returns the number of pairs within the tolerance.

@@ -15,7 +15,8 @@
 //! 3. *Weight*: contacts with a rank near the share count less, so that they come and go gradually.
 //! 4. *Represented pairs*: any other pair is only bounded. While it presses no harder than the
 //!    sampled contacts of its direction, it is not measured ([`crate::collision::Represented`]). If
-//!    it presses harder, it is measured. The harder it presses, the more its contacts count, from 0
+//!    it presses harder, it is measured. If only a few pairs touch any more, all of them are
+//!    measured again, while the share still grows. The harder it presses, the more its contacts count, from 0
 //!    to 1. So a burr on a thread is felt, and so is a wall that no other pair touches.
 
 use std::sync::Arc;
@@ -24,8 +25,8 @@ use glam::DVec3;
 
 use super::Contact;
 use crate::algebra::tolerance::{
-    SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LEAST, SAMPLE_LOADS, SAMPLE_MOST, SAMPLE_PACE,
-    SAMPLE_PAIRS,
+    FLOOR_RISE, SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LARGE, SAMPLE_LEAST, SAMPLE_LOADS,
+    SAMPLE_MOST, SAMPLE_PACE, SAMPLE_PAIRS,
 };
 use crate::algebra::{Directions, LANES};
 use crate::body::{Body, NodeKind};
@@ -39,6 +40,9 @@ pub(super) struct Sample {
     /// Pieces with a rank below this belong to the sample. With [`Self::ALL`], all pieces belong to
     /// it and have full weight.
     share: f64,
+    /// True if other pairs are represented by the sample. Otherwise they are measured, too.
+    represents: bool,
+    floor: Floor,
     /// The contacts of the sample, as of the last query.
     loads: Loads,
     /// The contacts of other pairs.
@@ -123,24 +127,34 @@ impl Sample {
     pub(super) fn new(a: &Body, b: &Body) -> Self {
         let of_a = a.size() <= b.size();
         let ranks = ranks(if of_a { a } else { b });
-        Self { ranks, of_a, share: Self::ALL, loads: Loads::new(), others: Loads::new() }
+        Self {
+            ranks,
+            of_a,
+            share: Self::ALL,
+            represents: false,
+            floor: Floor::NONE,
+            loads: Loads::new(),
+            others: Loads::new(),
+        }
     }
 
     /// Returns a sample of the same bodies that begins with all pairs.
     pub(super) fn another(&self) -> Self {
-        Self { share: Self::ALL, loads: Loads::new(), others: Loads::new(), ranks: self.ranks.clone(), ..*self }
+        let (share, represents, floor) = (Self::ALL, false, Floor::NONE);
+        let (loads, others) = (Loads::new(), Loads::new());
+        Self { share, represents, floor, loads, others, ranks: self.ranks.clone(), ..*self }
     }
 
     /// Becomes equal to `other`, a sample of the same bodies.
     pub(super) fn copy(&mut self, other: &Self) {
-        self.share = other.share;
+        (self.share, self.represents, self.floor) = (other.share, other.represents, other.floor);
         self.loads.copy(&other.loads);
         self.others.copy(&other.others);
     }
 
     /// Starts again with all pairs in the sample.
     pub(super) fn clear(&mut self) {
-        self.share = Self::ALL;
+        (self.share, self.represents, self.floor) = (Self::ALL, false, Floor::NONE);
         self.loads.clear();
         self.others.clear();
     }
@@ -150,16 +164,46 @@ impl Sample {
         self.share < Self::ALL
     }
 
+    /// True if pairs that are not in the sample are only bounded.
+    pub(super) fn represents(&self) -> bool {
+        self.represents && self.is_partial()
+    }
+
+    /// Returns the separation (model units) that a represented pair must have at least; infinite if
+    /// no pair is represented, and minus infinity if the sample is large enough to stand for any
+    /// pair.
+    pub(super) fn floor(&self) -> f64 {
+        match (self.represents(), self.is_large()) {
+            (false, _) => f64::INFINITY,
+            (true, false) => self.floor.separation,
+            (true, true) => f64::NEG_INFINITY,
+        }
+    }
+
+    /// True if the bounds of all represented pairs must be tested, because these pairs may press
+    /// harder than any contact that is left: the deepest contacts have ended or become shallower.
+    pub(super) fn has_receded(&self) -> bool {
+        self.floor.has_risen && !self.is_large()
+    }
+
+    /// True if the sample has many contacts. If a few contacts stand for many pairs, as when bodies
+    /// hit each other at a corner, other contacts may take over at any time.
+    pub(super) fn is_large(&self) -> bool {
+        self.loads.count >= SAMPLE_LARGE
+    }
+
     /// True if no contacts are stored with which other pairs can be compared.
     pub(super) fn is_blank(&self) -> bool {
         self.loads.count == 0
     }
 
     /// Step 2: sets the share for `touching` pairs in contact. The share changes gradually, except
-    /// if `at_once`, and except that it never exceeds [`SAMPLE_MOST`] pairs.
+    /// if `at_once`, and except that it never exceeds [`SAMPLE_MOST`] pairs. Up to [`SAMPLE_PAIRS`]
+    /// pairs, all pairs are measured at once; only their weights change gradually.
     pub(super) fn set_touching(&mut self, touching: f64, at_once: bool) {
         let share_of = |pairs: f64| Self::ALL * (pairs / touching.max(1.0)).min(1.0);
         let target = share_of(SAMPLE_PAIRS);
+        self.represents = touching > SAMPLE_PAIRS;
         self.share = match at_once {
             true => target,
             false => target
@@ -207,6 +251,16 @@ impl Sample {
         }
     }
 
+    /// Sets the floor for the next query. `contacts` are all contacts of this query.
+    pub(super) fn set_floor(&mut self, contacts: &[Contact], range: &Range) {
+        let deepest = contacts.iter().map(|contact| contact.separation).fold(range.tolerance, f64::min);
+        self.floor.follow(deepest, range);
+        if self.is_large() {
+            // If the sample becomes small, all bounds are tested.
+            self.floor.lowest = f64::NEG_INFINITY;
+        }
+    }
+
     /// Stores the contacts with which other pairs are compared; none if all pairs are measured.
     pub(super) fn keep(&mut self, contacts: &[Contact], tolerance: f64) {
         self.loads.clear();
@@ -227,6 +281,28 @@ impl Sample {
         let (engagement, known) = (range.tolerance - contact.separation, self.represented(contact.normal));
         let scale = range.pressing(known);
         ((engagement - known - SAMPLE_EXCESS * scale) / (SAMPLE_FULL_EXCESS * scale)).clamp(0.0, 1.0)
+    }
+}
+
+/// The least separation of all contacts. A represented pair is never nearer.
+#[derive(Clone, Copy, Debug)]
+struct Floor {
+    /// Model units.
+    separation: f64,
+    /// The least value of `separation` since it last rose clearly.
+    lowest: f64,
+    /// True if it rose clearly in the last query.
+    has_risen: bool,
+}
+
+impl Floor {
+    const NONE: Self = Self { separation: f64::INFINITY, lowest: f64::INFINITY, has_risen: false };
+
+    fn follow(&mut self, separation: f64, range: &Range) {
+        let scale = range.offset.max(range.offset - self.lowest);
+        self.separation = separation;
+        self.has_risen = separation > self.lowest + FLOOR_RISE * scale || self.lowest == f64::NEG_INFINITY;
+        self.lowest = if self.has_risen { separation } else { self.lowest.min(separation) };
     }
 }
 

@@ -144,6 +144,7 @@ impl Search {
         self.round();
         let (rejected, touching) = self.join(quota, &mut counters);
         self.sample.keep(&self.contacts, input.tolerance);
+        self.sample.set_floor(&self.contacts, &input.range());
         let offset = input.range().offset;
         self.pressing = self.contacts.iter().any(|contact| contact.separation < offset);
         self.touching = touching;

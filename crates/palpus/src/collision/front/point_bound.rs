@@ -51,6 +51,13 @@ impl Front {
         self.pairs[place as usize].bound = PointBound { normal, normal_in_a, center, base: base as f32, radius };
     }
 
+    /// Returns an upper bound of the decrease of the gap of the pair at `place` in the last motion,
+    /// as a share of this motion.
+    pub(super) fn approach(&self, place: u32) -> f64 {
+        let PointBound { normal, center, radius, .. } = self.pairs[place as usize].bound;
+        self.motion_bound.approach(center.as_dvec3(), f64::from(radius), normal.as_dvec3())
+    }
+
     /// Returns a lower bound of the pair's gap at the query's pose, model units; minus infinity if
     /// nothing is stored.
     #[inline]

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::super::TraversalCounters;
 use super::{Front, Pair, PlacedPair, State};
-use crate::algebra::tolerance::{REPRESENTED_LEAST, REPRESENTED_SLOPE, REST_SPREAD};
+use crate::algebra::tolerance::{REPRESENTED_APPROACH, REPRESENTED_LEAST, REPRESENTED_SLOPE, REST_SPREAD};
 use crate::collision::front::rest::{GOLDEN, Rest};
 use crate::collision::{LeafPair, support_gap};
 
@@ -67,7 +67,8 @@ impl Front {
         let Pair { a, b, .. } = self.pairs[place as usize];
         let memory = &self.memories[place as usize];
         if memory.normal != DVec3::ZERO && self.motion_bound.since(rest.since) < f64::from(rest.length) {
-            let holds = |gap: f64| gap >= f64::from(rest.least) && gap < query.tolerance;
+            let least = f64::from(rest.least).max(self.floor);
+            let holds = |gap: f64| gap >= least && gap < query.tolerance;
             if holds(gap) {
                 counters.bounded_by_point += 1;
                 self.wait(place, gap);
@@ -91,12 +92,29 @@ impl Front {
         Some(gap)
     }
 
+    /// Sets the separation (model units) below which no pair stays represented; infinite to measure
+    /// all pairs. Minus infinity also lets pairs wait as if all surfaces slid along each other. If `now` is true, the next query tests all represented pairs.
+    pub(crate) fn represent_above(&mut self, floor: f64, now: bool) {
+        self.floor = floor;
+        if self.represented > 0 && (now || floor == f64::INFINITY) {
+            for place in 0..self.fresh {
+                if self.pairs[place as usize].state == State::Represented {
+                    self.wakes.set(place, self.motion_bound.sum());
+                }
+            }
+        }
+    }
+
     /// Sets when the pair is due again. The nearer `separation` is to the least separation, the
     /// sooner the pair is due.
     fn wait(&mut self, place: u32, separation: f64) {
         let Rest { length, least, .. } = self.rests[place as usize];
-        let (length, margin) = (f64::from(length), separation - f64::from(least));
-        let until = (margin / REPRESENTED_SLOPE).clamp(REPRESENTED_LEAST * length, length);
+        let (length, margin) = (f64::from(length), separation - f64::from(least).max(self.floor));
+        let least_slope =
+            if self.floor > f64::NEG_INFINITY { REPRESENTED_APPROACH * self.approach(place) } else { 0.0 };
+        let slope = least_slope.max(REPRESENTED_SLOPE);
+        let shortest = REPRESENTED_LEAST * length * (REPRESENTED_SLOPE / slope);
+        let until = (margin / slope).clamp(shortest, length);
         self.wakes.set(place, self.motion_bound.due(until));
     }
 
