@@ -130,6 +130,45 @@ fn contacts_do_not_depend_on_the_side_that_the_file_calls_outside() {
     }
 }
 
+/// A long bar overlaps a sheet that is much smaller. All contacts must be at the sheet, not at a
+/// distant corner of the bar.
+#[test]
+fn depths_in_a_sheet_are_at_the_sheet() {
+    let bar = body(&cuboid(DVec3::new(0.1, 0.07, 4e-3)));
+    let settings = QuerySettings { patch_angle: Some(0.1), ..QuerySettings::default() };
+    let mut random = Random::new(SEED ^ 2);
+    for (what, sides) in sheets() {
+        for sheet in sides {
+            let mut queries =
+                [[&bar, &sheet], [&sheet, &bar]].map(|[a, b]| ContactQuery::new(a.clone(), b.clone(), settings));
+            let mut overlaps = 0;
+            for _ in 0..300 {
+                let reach =
+                    DVec3::new(random.signed(), random.signed(), random.signed()) * DVec3::new(0.06, 0.05, 5e-3);
+                let turn = DQuat::from_axis_angle(random.direction(), random.between(0.0, 3.0));
+                let at = DVec3::new(random.signed(), random.signed(), 0.0) * 0.03;
+                let pose = Pose::new(turn, at + turn * reach);
+                for (query, (pose_ba, to_sheet)) in
+                    queries.iter_mut().zip([(pose, Pose::IDENTITY), (pose.inverse(), pose)])
+                {
+                    query.clear();
+                    for contact in query.contacts(&pose_ba).iter().filter(|contact| contact.separation < 1e-5) {
+                        overlaps += 1;
+                        let points = [contact.point_a, contact.point_b].map(|point| to_sheet.point(point));
+                        let off = points.map(|point| sheet.tree().nearest(point).unwrap().distance);
+                        let off = off[0].min(off[1]);
+                        assert!(
+                            off <= 2.0 * contact.separation.abs() + settings.tolerance,
+                            "{what}: a contact is {off} m beside it, {contact:?}, seed {SEED:#x}"
+                        );
+                    }
+                }
+            }
+            assert!(overlaps > 1000, "{what}: {overlaps}");
+        }
+    }
+}
+
 /// A block inside the tube is pressed against the wall, turned around along it, and taken away.
 #[test]
 fn a_tube_is_felt_from_inside() {

@@ -1244,6 +1244,13 @@ pub const CONFIRMED_SHARE: f64 = 0.8;
 /// true contacts of sharp edges; a smaller one accepts depths that another surface contradicts.
 pub const CONFIRMED_EDGE_SHARE: f64 = 0.65;
 
+/// A depth in an open body is rejected if the place to which it moves the witness point is farther
+/// from the body's surface than this share of the depth.
+///
+/// A larger value accepts depths at points beside the body; a smaller one drops true contacts at
+/// its rim.
+pub const CONFIRMED_NEAR: f64 = 0.5;
+
 /// Radians: two overlapping pieces may have no shared surface normal. If the bodies must turn by at
 /// least this angle before they can have one, the pair is skipped until then.
 ///

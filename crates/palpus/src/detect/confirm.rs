@@ -22,9 +22,10 @@
 //! search for the nearest surface, and smaller depths are within the tolerance of contacts anyway.
 //!
 //! An open body has no inside. For an open body, the check only requires that no part of its
-//! surface is clearly nearer than D. Without this rule, a corner of a closed a below an open b
-//! could be confirmed only by b's point inside a. In a steep corner, this point is too near to the
-//! sides of the corner. A sheet has two sides, so a's point confirms the depth only if D is at most
+//! surface is clearly nearer than D. Without this rule, a corner of a closed a below an open b could
+//! be confirmed only by b's point inside a. In a steep corner, this point is too near to the sides
+//! of the corner. The surface must also be near the place to which the depth moves the point,
+//! because all points far from a small sheet are at a large distance from it. A sheet has two sides, so a's point confirms the depth only if D is at most
 //! half of the width of a's piece.
 //!
 //! Bodies that overlap must always have a contact. If no depth is accepted, the query adds a
@@ -40,7 +41,7 @@ use glam::DVec3;
 use super::Contact;
 use super::memory::PairMemory;
 use super::query_input::QueryInput;
-use crate::algebra::tolerance::{CONFIRMED_EDGE_SHARE, CONFIRMED_SHARE, TOUCHING};
+use crate::algebra::tolerance::{CONFIRMED_EDGE_SHARE, CONFIRMED_NEAR, CONFIRMED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
 
@@ -56,7 +57,7 @@ pub(super) fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Cont
     let beside = points[0] + out - points[1];
     let crossing = TOUCHING * input.b.mesh().bounding_diagonal();
     let mut confirming = confirming(input, contact, points, [&[]; 2], CONFIRMED_SHARE);
-    if !are_edges(contact) || beside.length() <= crossing {
+    if beside.length() <= crossing {
         return confirming.any(|confirms| confirms).then_some(*contact);
     }
     let point_b = match [confirming.next(), confirming.next()] {
@@ -91,7 +92,8 @@ fn are_edges(contact: &Contact) -> bool {
 
 /// Returns for each of a contact's points whether it confirms the contact's depth: the point is
 /// inside the other body, and at least `share` of the depth away from its surface. The triangles
-/// `own` of each body do not count. Between two open bodies each point confirms the depth.
+/// `own` of each body do not count. Between two open bodies, a point confirms the depth if it
+/// leaves the other body near this body's surface.
 fn confirming<'q>(
     input: &'q QueryInput<'_>,
     contact: &'q Contact,
@@ -101,15 +103,15 @@ fn confirming<'q>(
 ) -> impl Iterator<Item = bool> + 'q {
     let QueryInput { a, b, place, .. } = input;
     let open = !a.mesh().is_closed() && !b.mesh().is_closed();
-    let depth = -share * contact.separation;
+    let depth = -contact.separation;
     let [normal, point_b] = [place.inverse_vector(contact.normal), place.inverse_point(point_b)];
     let [of_a, of_b] = [(a, contact.piece_a), (b, contact.piece_b)];
     let points = [(of_b, own_b, point_a, of_a, normal), (of_a, own_a, point_b, of_b, contact.normal)];
-    points.into_iter().map(move |((body, piece), own, point, (other, other_piece), along)| {
-        let is_far_side = || {
-            is_sheet(body, piece) && -contact.separation > 0.5 * width(&other.polytopes()[other_piece as usize], along)
-        };
-        open || lies_within(body, own, point, depth) && !is_far_side()
+    let ways = [depth * contact.normal, -depth * normal];
+    points.into_iter().zip(ways).map(move |(((body, piece), own, point, (other, other_piece), along), way)| {
+        let is_far_side =
+            || is_sheet(body, piece) && depth > 0.5 * width(&other.polytopes()[other_piece as usize], along);
+        is_near(body, point + way, depth) && (open || lies_within(body, own, point, share * depth) && !is_far_side())
     })
 }
 
@@ -155,6 +157,23 @@ fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
 fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
     let denies = |triangle: u32| own.binary_search(&triangle).is_err();
     body.tree().some_within(point, depth, denies).is_none() && (!body.mesh().is_closed() || body.tree().inside(point))
+}
+
+/// Returns true if a rejected contact may still hold the bodies apart: it is at the surface of each
+/// open body. Otherwise it may be far from the places where the bodies overlap.
+pub(super) fn is_at_surfaces(input: &QueryInput<'_>, contact: &Contact) -> bool {
+    let QueryInput { a, b, place, .. } = input;
+    let depth = -contact.separation;
+    let [point_a, point_b] = on_features(input, contact);
+    let out = depth * contact.normal;
+    is_near(b, point_a + out, depth) && is_near(a, place.inverse_point(point_b - out), depth)
+}
+
+/// Returns true if the body is closed, or if its surface is near `point` (in the body's frame),
+/// relative to the depth. This point is where a witness point leaves the body.
+fn is_near(body: &Body, point: DVec3, depth: f64) -> bool {
+    let limit = CONFIRMED_NEAR * depth + TOUCHING * body.mesh().bounding_diagonal();
+    body.mesh().is_closed() || body.tree().some_within(point, limit, |_| true).is_some()
 }
 
 /// Returns the replacement of `contact`: a contact from the deeper witness point of `contact` to

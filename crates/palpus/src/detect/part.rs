@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::confirm::{confirmed, least_depth_is_confirmed};
+use super::confirm::{confirmed, is_at_surfaces, least_depth_is_confirmed};
 use super::exact::{Placed, nearest_on_meshes, slack};
 use super::found::{Found, at_closest};
 use super::held::HeldContacts;
@@ -242,7 +242,9 @@ impl PartSearch {
                 }
                 Found::Admissible(contact) | Found::Moved(contact, _) => {
                     counters.rejected += 1;
-                    rejected.contradicted = shallower(rejected.contradicted, contact);
+                    if is_at_surfaces(input, &contact) {
+                        rejected.contradicted = shallower(rejected.contradicted, contact);
+                    }
                 }
                 Found::Inadmissible(contact) => {
                     counters.inadmissible += 1;
