@@ -99,14 +99,14 @@ impl MotionBound {
 
     /// Returns an upper bound of the last motion of a part of a against `normal` (in b's frame), as
     /// a share of the whole motion: 1 if the part moved straight against the normal, as far as any
-    /// point. The part lies within `radius` (model units) of `center` (in a's frame).
+    /// point, and 1 if no motion is known. The part lies within `radius` (model units) of `center` (in a's frame).
     pub(super) fn approach(&self, center: DVec3, radius: f64, normal: DVec3) -> f64 {
         match (&self.before, &self.last) {
             (Some((before, moved)), Some(last)) if *moved > 0.0 => {
                 let turned = before.inverse_vector(normal).distance(last.inverse_vector(normal));
                 (normal.dot(before.point(center) - last.point(center)) + radius * turned) / moved
             }
-            _ => 0.0,
+            _ => 1.0,
         }
     }
 

@@ -135,9 +135,10 @@ impl PartSearch {
         (separation >= least).then_some((bound, separation))
     }
 
-    /// Marks a measured pair outside the sample as represented if it overlaps without a contact, or
-    /// if its contact (from index `known` on) presses no harder than the sample. Returns true if the pair
-    /// is represented now.
+    /// Marks a measured pair outside the sample as represented if its contact (from index `known`
+    /// on) presses no harder than the sample, or if it has no contact. In a small sample, a pair
+    /// that is apart without a contact is measured in each query. Returns true if the pair is
+    /// represented now.
     pub(super) fn represent_measured(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, known: usize) -> bool {
         let mut bound = self.unbounded(input, leaf);
         let mut separation = 0.0;

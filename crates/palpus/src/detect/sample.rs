@@ -351,7 +351,7 @@ fn side(direction: DVec3) -> usize {
 mod tests {
     use super::*;
     use crate::body::BodySettings;
-    use crate::body::{Mesh, PolygonSoup};
+    use crate::body::{Feature, FeaturePair, Mesh, PolygonSoup};
 
     fn body() -> Body {
         let mut soup = PolygonSoup::new();
@@ -407,6 +407,60 @@ mod tests {
             }
         }
         assert!(!sample.is_partial());
+    }
+
+    fn contact(separation: f64) -> Contact {
+        Contact {
+            piece_a: 0,
+            piece_b: 0,
+            features: FeaturePair { a: Feature::Vertex(0), b: Feature::Vertex(0) },
+            point_a: DVec3::ZERO,
+            point_b: DVec3::ZERO,
+            normal: DVec3::Z,
+            separation,
+            slope: 0.0,
+            count: 1.0,
+        }
+    }
+
+    /// The deepest contact moves through `path`. Returns whether the sample receded, in each query.
+    fn recedes(path: &[f64], contacts: usize) -> Vec<bool> {
+        let body = body();
+        let mut sample = Sample::new(&body, &body);
+        sample.set_touching(1e4, true);
+        let range = Range { tolerance: 2.0, offset: 1.0 };
+        let has_receded = path.iter().map(|&separation| {
+            let contacts = vec![contact(separation); contacts];
+            sample.keep(&contacts, range.tolerance);
+            sample.set_floor(&contacts, &range);
+            sample.has_receded()
+        });
+        has_receded.collect()
+    }
+
+    #[test]
+    fn a_small_sample_recedes_with_its_deepest_contact() {
+        let path = [0.5, -1.0, -0.9, -0.6, -0.3, 0.1, 0.05, 1.5];
+        assert_eq!(recedes(&path, 1), [false, false, false, false, true, true, false, true]);
+        assert_eq!(recedes(&path, SAMPLE_LARGE), [false; 8]);
+    }
+
+    #[test]
+    fn only_a_large_sample_stands_for_nearer_pairs() {
+        let body = body();
+        let mut sample = Sample::new(&body, &body);
+        assert_eq!(sample.floor(), f64::INFINITY);
+        sample.set_touching(1e4, true);
+        let range = Range { tolerance: 2.0, offset: 1.0 };
+        for (count, floor) in [(1, 0.5), (SAMPLE_LARGE, f64::NEG_INFINITY)] {
+            let contacts = vec![contact(0.5); count];
+            sample.keep(&contacts, range.tolerance);
+            sample.set_floor(&contacts, &range);
+            assert_eq!(sample.floor(), floor);
+        }
+        sample.set_touching(SAMPLE_PAIRS, false);
+        assert!(sample.is_partial());
+        assert_eq!(sample.floor(), f64::INFINITY);
     }
 
     #[test]

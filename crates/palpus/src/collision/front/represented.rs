@@ -6,6 +6,10 @@
 //! this gap is computed. If the gap is at least the limit, the pair stays represented. The nearer
 //! the gap is to the limit, the sooner the pair is due again. If the gap is below the limit, or
 //! after a longer motion, the pair is measured like any other.
+//!
+//! If only a few contacts account for the pairs ([`Front::represent_above`]), another pair may
+//! press harder at any time. Then no pair stays represented that is nearer than the deepest of
+//! these contacts, and a pair that approaches is due sooner.
 
 use glam::DVec3;
 
@@ -93,7 +97,8 @@ impl Front {
     }
 
     /// Sets the separation (model units) below which no pair stays represented; infinite to measure
-    /// all pairs. Minus infinity also lets pairs wait as if all surfaces slid along each other. If `now` is true, the next query tests all represented pairs.
+    /// all pairs. Minus infinity also lets pairs wait as if all surfaces slid along each other. If
+    /// `now` is true, the next query tests all represented pairs.
     pub(crate) fn represent_above(&mut self, floor: f64, now: bool) {
         self.floor = floor;
         if self.represented > 0 && (now || floor == f64::INFINITY) {
@@ -110,9 +115,8 @@ impl Front {
     fn wait(&mut self, place: u32, separation: f64) {
         let Rest { length, least, .. } = self.rests[place as usize];
         let (length, margin) = (f64::from(length), separation - f64::from(least).max(self.floor));
-        let least_slope =
-            if self.floor > f64::NEG_INFINITY { REPRESENTED_APPROACH * self.approach(place) } else { 0.0 };
-        let slope = least_slope.max(REPRESENTED_SLOPE);
+        let approach = if self.floor == f64::NEG_INFINITY { 0.0 } else { REPRESENTED_APPROACH * self.approach(place) };
+        let slope = approach.max(REPRESENTED_SLOPE);
         let shortest = REPRESENTED_LEAST * length * (REPRESENTED_SLOPE / slope);
         let until = (margin / slope).clamp(shortest, length);
         self.wakes.set(place, self.motion_bound.due(until));
@@ -132,5 +136,52 @@ impl Front {
             debug_assert!(self.awake[..self.unvisited].iter().all(is_awake));
             self.awake.retain(is_awake);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::oracle::cuboid;
+    use super::super::super::{LeafPairs, Side};
+    use super::*;
+    use crate::algebra::Pose;
+    use crate::body::Hierarchy;
+
+    /// Lowers one piece onto another, 0.01 in each query, while the pair is represented down to the
+    /// separation `least`. Returns the separation at which it is measured again.
+    fn measured_at(floor: f64, least: f64) -> f64 {
+        let pieces = [cuboid(DVec3::new(2.0, 2.0, 1.0))];
+        let hierarchy = Hierarchy::build(&pieces, 1e-9).unwrap();
+        let side = Side { hierarchy: &hierarchy, pieces: &pieces };
+        let (mut front, mut found) = (Front::new(side, side, 100), LeafPairs::new(10));
+        front.represent_above(floor, false);
+        for query in 0..300 {
+            let separation = 1.0 - 0.01 * f64::from(query);
+            let pose_ba = Pose::from_translation(DVec3::Z * (2.0 + separation)).placement();
+            let query = PlacedPair::new(side, side, &pose_ba, 2.0);
+            front.within(&query, &mut found);
+            let Some(leaf) = found.as_slice().first() else { continue };
+            if separation < 0.95 {
+                return separation;
+            }
+            let bound = Represented { normal: DVec3::Z, hub: [0, 7], least, length: 2.0 };
+            front.represent(&query, leaf, &bound, separation);
+        }
+        panic!("the pair is never measured");
+    }
+
+    #[test]
+    fn pair_that_approaches_is_measured_at_its_limit() {
+        let nearest = measured_at(-10.0, 0.5);
+        assert!(nearest > 0.47 && nearest < 0.5, "{nearest}");
+        // If many contacts account for it, the pair counts as sliding.
+        assert!(measured_at(f64::NEG_INFINITY, 0.5) < 0.2);
+    }
+
+    #[test]
+    fn no_pair_stays_represented_below_the_floor() {
+        let nearest = measured_at(0.3, -10.0);
+        assert!(nearest > 0.27 && nearest < 0.3, "{nearest}");
+        assert!(measured_at(f64::INFINITY, -10.0) > 0.93);
     }
 }
