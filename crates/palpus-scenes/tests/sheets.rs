@@ -169,6 +169,36 @@ fn depths_in_a_sheet_are_at_the_sheet() {
     }
 }
 
+/// Two open surfaces cross each other in small steps. They have no inside that could confirm a
+/// depth, but a depth cannot grow faster than the surfaces move.
+#[test]
+fn depths_between_open_surfaces_grow_with_the_motion() {
+    let [wavy, holes, tube] = sheets().try_into().map(|all: [_; 3]| all.map(|(_, [sheet, _])| sheet)).unwrap();
+    let settings = QuerySettings { patch_angle: Some(0.1), ..QuerySettings::default() };
+    let mut random = Random::new(SEED ^ 3);
+    for (one, other) in [(&holes, &tube), (&wavy, &holes), (&tube, &tube)] {
+        let mut query = ContactQuery::new(one.clone(), other.clone(), settings);
+        let mut deep = 0;
+        for _ in 0..10 {
+            query.clear();
+            let turn = DQuat::from_axis_angle(random.direction(), random.between(0.0, 3.0));
+            let (from, axis) = (random.direction() * 0.09, random.direction());
+            let mut last = 0.0_f64;
+            for tick in 0..600 {
+                let time = 1e-3 * f64::from(tick);
+                let pose = Pose::new(DQuat::from_axis_angle(axis, time) * turn, from * (1.0 - 2.0 * time));
+                let least = query.contacts(&pose).iter().map(|contact| contact.separation).fold(0.0, f64::min);
+                // The corners of the sheets are at most 45 mm from their origins.
+                let motion = 1e-3 * (2.0 * 0.09 + 0.045);
+                assert!(-least < 1.25 * (last + motion) + 1.1e-3, "{last} m, then {} m, seed {SEED:#x}", -least);
+                deep += u32::from(least < -1e-4);
+                last = -least;
+            }
+        }
+        assert!(deep > 100, "{deep}");
+    }
+}
+
 /// A block inside the tube is pressed against the wall, turned around along it, and taken away.
 #[test]
 fn a_tube_is_felt_from_inside() {

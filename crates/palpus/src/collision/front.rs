@@ -253,6 +253,16 @@ impl Front {
         self.motion_bound.motion_to(pose_ba)
     }
 
+    /// Returns the motion bound's sum.
+    pub(crate) fn motion_sum(&self) -> u64 {
+        self.motion_bound.sum()
+    }
+
+    /// Returns the motion since the motion bound's sum was `from`, model units.
+    pub(crate) fn motion_since(&self, from: u64) -> f64 {
+        self.motion_bound.since(from)
+    }
+
     /// Returns a lower bound of the separation (model units) of every pair of pieces that the last
     /// query did not find, except for pairs in the list of unvisited pairs. Minus infinity before
     /// the first query. The bound is at least the tolerance unless the quota was spent.

@@ -25,7 +25,8 @@
 //! surface is clearly nearer than D. Without this rule, a corner of a closed a below an open b could
 //! be confirmed only by b's point inside a. In a steep corner, this point is too near to the sides
 //! of the corner. The surface must also be near the place to which the depth moves the point,
-//! because all points far from a small sheet are at a large distance from it. A sheet has two sides, so a's point confirms the depth only if D is at most
+//! because all points far from a small sheet are at a large distance from it. Depths in open bodies
+//! also grow no faster than the bodies move (`search`). A sheet has two sides, so a's point confirms the depth only if D is at most
 //! half of the width of a's piece.
 //!
 //! Bodies that overlap must always have a contact. If no depth is accepted, the query adds a
@@ -111,7 +112,7 @@ fn confirming<'q>(
     points.into_iter().zip(ways).map(move |(((body, piece), own, point, (other, other_piece), along), way)| {
         let is_far_side =
             || is_sheet(body, piece) && depth > 0.5 * width(&other.polytopes()[other_piece as usize], along);
-        is_near(body, point + way, depth) && (open || lies_within(body, own, point, share * depth) && !is_far_side())
+        is_near(body, point + way, depth) && lies_within(body, own, point, share * depth) && (open || !is_far_side())
     })
 }
 

@@ -102,6 +102,8 @@ pub(super) struct PartSearch {
     pub(super) sample: Sample,
     /// Depth of the last overlap, model units; 0 if the bodies did not overlap.
     pub(super) overlap: f64,
+    /// Deeper contacts are impossible in this query, model units.
+    pub(super) deepest: f64,
     /// Number of pairs with contacts in the current query.
     pub(super) touching: u32,
     /// Measure of the number of touching pairs in the last query, from 0 (few) to 1 (many).
@@ -138,6 +140,7 @@ impl PartSearch {
             held,
             sample: sample.another(),
             overlap: 0.0,
+            deepest: f64::INFINITY,
             touching: 0,
             rest_share: 0.0,
             resume: None,
@@ -233,6 +236,9 @@ impl PartSearch {
             let found = self.contact(input, &leaf, counters);
             match found {
                 Found::Nothing => counters.virtual_closest += 1,
+                Found::Admissible(contact) | Found::Moved(contact, _) if -contact.separation > self.deepest => {
+                    counters.rejected += 1;
+                }
                 Found::NearlyFlush(contact) | Found::BesideValley(contact) => self.contacts.push(contact),
                 Found::Admissible(contact) if least_depth_is_confirmed(input, &contact) => {
                     self.contacts.push(contact);

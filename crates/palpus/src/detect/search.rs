@@ -9,9 +9,10 @@
 //!    pair's last normal, the normal of the march and the line of centroids. If the walk ends on a
 //!    normal that one of the meshes does not have, the least depth along a shared normal is used
 //!    instead ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if
-//!    the check of `confirm` rejects its depth, or if the pieces share no normal. If the bodies
-//!    overlap and no depth is accepted, the query adds a replacement contact, from a witness point
-//!    to the nearest surface.
+//!    the check of `confirm` rejects its depth, or if the pieces share no normal. If a body is open,
+//!    the contact is also left out if it is deeper than the motion since the last query allows. If
+//!    the bodies overlap and no depth is accepted, the query adds a replacement contact, from a
+//!    witness point to the nearest surface.
 //!
 //! With [`Proof::Prove`], the query proves that each depth is the global minimum for its pair of
 //! pieces, or replaces it by a proven depth. The proof comes before a depth is moved to a normal of
@@ -43,7 +44,7 @@ use super::part::{Part, PartSearch, RejectedContacts, Task};
 use super::query_input::{QueryInput, side};
 use super::sample::Sample;
 use super::{Contact, QueryCounters, QuerySettings};
-use crate::algebra::tolerance::{DIVIDED_FROM, HELPED_WORK, NEW_PAIRS, REST_ALL, REST_FROM};
+use crate::algebra::tolerance::{CONFIRMED_SHARE, DIVIDED_FROM, HELPED_WORK, NEW_PAIRS, REST_ALL, REST_FROM};
 use crate::algebra::{Clock, Placement, Pose, Quota, Rounds, Work};
 use crate::body::{Body, Hierarchy, NodeKind};
 use crate::collision::Thickness;
@@ -59,6 +60,8 @@ pub(super) struct Search {
     contacts: Vec<Contact>,
     pub(super) last_pose: Option<Pose>,
     last_overlap: LastOverlap,
+    /// The motion bound's sum in the last query. `None` if that query did not see all pairs.
+    seen_at: Option<u64>,
     pub(super) guard: Option<Guard>,
     /// True if the parts have memory for contacts of earlier queries.
     holding: bool,
@@ -106,6 +109,7 @@ impl Search {
             contacts: Vec::with_capacity(capacity),
             last_pose: None,
             last_overlap: LastOverlap::default(),
+            seen_at: None,
             guard: settings.guard.then(|| Guard::new(capacity)),
             holding: settings.holding,
             sample,
@@ -154,6 +158,8 @@ impl Search {
         self.contacts.retain(Contact::is_finite);
         counters.non_finite += (all - self.contacts.len()) as u32;
         self.last_overlap.keep(&self.contacts, &input.place);
+        let sum = self.parts.with_first(|part| part.search.front.motion_sum());
+        self.seen_at = Some(sum).filter(|_| counters.traversal.postponed == 0);
         if counters.sub_steps > 0 {
             self.compare_sides();
         }
@@ -228,6 +234,8 @@ impl Search {
         if restarted {
             (self.touching, self.within, self.pressing) = (0, 0, false);
         }
+        let deepest = self.deepest_possible(input, restarted);
+        self.parts.each(|part| part.search.deepest = deepest);
         let new = within.saturating_sub(self.within);
         let most = self.touching + new;
         self.within = within;
@@ -238,6 +246,22 @@ impl Search {
             self.set_touching(touching.min(most));
             let (sample, rest_share) = (&self.sample, self.rest_share);
             self.parts.each(|part| part.search.set_sample(sample, rest_share));
+        }
+    }
+
+    /// Returns an upper bound of the depths of this query, model units: the depth of the last query
+    /// and the motion since then. Infinite if the last query did not see everything.
+    ///
+    /// Only open bodies need the bound. The points that confirm the depth in a closed body lie
+    /// inside it, so they obey the bound.
+    fn deepest_possible(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
+        let closed = [input.a, input.b].iter().all(|body| body.mesh().is_closed());
+        match self.seen_at {
+            Some(sum) if !closed && !restarted => {
+                let motion = self.parts.with_first(|part| part.search.front.motion_since(sum));
+                (self.last_overlap.depth() + motion) / CONFIRMED_SHARE + input.range().offset
+            }
+            _ => f64::INFINITY,
         }
     }
 
@@ -380,6 +404,7 @@ impl Search {
             guard.clear();
         }
         self.last_overlap.clear();
+        self.seen_at = None;
     }
 }
 
