@@ -99,7 +99,8 @@ impl MotionBound {
 
     /// Returns an upper bound of the last motion of a part of a against `normal` (in b's frame), as
     /// a share of the whole motion: 1 if the part moved straight against the normal, as far as any
-    /// point, and 1 if no motion is known. The part lies within `radius` (model units) of `center` (in a's frame).
+    /// point, and 1 if no motion is known. The part lies within `radius` (model units) of `center`
+    /// (in a's frame).
     pub(super) fn approach(&self, center: DVec3, radius: f64, normal: DVec3) -> f64 {
         match (&self.before, &self.last) {
             (Some((before, moved)), Some(last)) if *moved > 0.0 => {

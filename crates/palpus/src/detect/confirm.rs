@@ -21,13 +21,16 @@
 //! Least depths of pieces are checked only if they exceed the contact tolerance. The check costs a
 //! search for the nearest surface, and smaller depths are within the tolerance of contacts anyway.
 //!
-//! An open body has no inside. For an open body, the check only requires that no part of its
-//! surface is clearly nearer than D. Without this rule, a corner of a closed a below an open b could
-//! be confirmed only by b's point inside a. In a steep corner, this point is too near to the sides
-//! of the corner. The surface must also be near the place to which the depth moves the point,
-//! because all points far from a small sheet are at a large distance from it. Depths in open bodies
-//! also grow no faster than the bodies move (`search`). A sheet has two sides, so a's point confirms the depth only if D is at most
-//! half of the width of a's piece.
+//! An open body has no inside. For an open body, the check only requires that
+//!
+//! - no part of its surface is clearly nearer than D. Without this rule, a corner of a closed a
+//!   below an open b could be confirmed only by b's point inside a. In a steep corner, this point is
+//!   too near to the sides of the corner;
+//! - its surface is near the place to which the depth moves the point. All points far from a small
+//!   sheet are at a large distance from it.
+//!
+//! A sheet has two sides, so a's point confirms the depth only if D is at most half of the width of
+//! a's piece. Depths in open bodies also grow no faster than the bodies move (`search`).
 //!
 //! Bodies that overlap must always have a contact. If no depth is accepted, the query adds a
 //! *replacement contact*, from a witness point inside the other solid to the nearest surface. The
@@ -49,9 +52,10 @@ use crate::body::{Body, Feature, FeaturePair, Polytope};
 /// Returns `contact`, whose depth was moved to an admissible normal, if this depth agrees with the
 /// surfaces of the solids. `facing` is the same contact with its points on its features.
 ///
-/// Two edges that share an admissible normal may lie side by side without crossing. Then the
-/// contact acts at the point that confirms the depth, or at the middle if both points confirm it.
-/// So the tip of a tool above a plate is not pushed at a distant edge of the plate.
+/// Two features that share an admissible normal may lie side by side, for example two edges that
+/// do not cross. Then the contact acts at the point that confirms the depth, or at the middle if
+/// both points confirm it. So the tip of a tool above a plate is not pushed at a distant edge of the
+/// plate.
 pub(super) fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Contact) -> Option<Contact> {
     let (depth, points) = (-contact.separation, on_features(input, facing));
     let out = depth * contact.normal;
@@ -93,8 +97,8 @@ fn are_edges(contact: &Contact) -> bool {
 
 /// Returns for each of a contact's points whether it confirms the contact's depth: the point is
 /// inside the other body, and at least `share` of the depth away from its surface. The triangles
-/// `own` of each body do not count. Between two open bodies, a point confirms the depth if it
-/// leaves the other body near this body's surface.
+/// `own` of each body do not count. If the other body is open, the point only has to leave it near
+/// its surface.
 fn confirming<'q>(
     input: &'q QueryInput<'_>,
     contact: &'q Contact,
@@ -108,11 +112,11 @@ fn confirming<'q>(
     let [normal, point_b] = [place.inverse_vector(contact.normal), place.inverse_point(point_b)];
     let [of_a, of_b] = [(a, contact.piece_a), (b, contact.piece_b)];
     let points = [(of_b, own_b, point_a, of_a, normal), (of_a, own_a, point_b, of_b, contact.normal)];
-    let ways = [depth * contact.normal, -depth * normal];
-    points.into_iter().zip(ways).map(move |(((body, piece), own, point, (other, other_piece), along), way)| {
+    let outs = [depth * contact.normal, -depth * normal];
+    points.into_iter().zip(outs).map(move |(((body, piece), own, point, (other, other_piece), along), out)| {
         let is_far_side =
             || is_sheet(body, piece) && depth > 0.5 * width(&other.polytopes()[other_piece as usize], along);
-        is_near(body, point + way, depth) && lies_within(body, own, point, share * depth) && (open || !is_far_side())
+        is_near(body, point + out, depth) && lies_within(body, own, point, share * depth) && (open || !is_far_side())
     })
 }
 

@@ -15,9 +15,11 @@
 //! 3. *Weight*: contacts with a rank near the share count less, so that they come and go gradually.
 //! 4. *Represented pairs*: any other pair is only bounded. While it presses no harder than the
 //!    sampled contacts of its direction, it is not measured ([`crate::collision::Represented`]). If
-//!    it presses harder, it is measured. If only a few pairs touch any more, all of them are
-//!    measured again, while the share still grows. The harder it presses, the more its contacts count, from 0
+//!    it presses harder, it is measured. The harder it presses, the more its contacts count, from 0
 //!    to 1. So a burr on a thread is felt, and so is a wall that no other pair touches.
+//! 5. *Few contacts*: as soon as only a few pairs touch, all of them are measured, while the share
+//!    still grows. If the sample has only a few contacts, as in an impact of spinning bodies, they
+//!    do not stand for pairs that are nearer than all of them ([`Sample::floor`]).
 
 use std::sync::Arc;
 
