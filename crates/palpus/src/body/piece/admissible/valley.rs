@@ -69,10 +69,8 @@ impl Valley {
         if distance >= tolerance {
             return None;
         }
-        // A point below the mesh on either side of the valley is not in the valley, but behind a
-        // ridge, or on the far side of a sheet or a thin wall.
-        let lower = height.min(self.beyond.dot(off));
-        let above = (1.0 + lower / (VALLEY_BELOW * distance).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        // A point below the mesh beyond the valley is not in the valley, but behind a ridge.
+        let above = (1.0 + self.beyond.dot(off) / (VALLEY_BELOW * distance).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         // Beyond the ends, the valley continues only as far as the point is beside it.
         let within = if past > beside { (2.0 - past / beside).max(0.0) } else { 1.0 };
         let share = above * within;
