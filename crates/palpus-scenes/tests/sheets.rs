@@ -154,9 +154,10 @@ fn depths_in_a_sheet_are_at_the_sheet() {
                     query.clear();
                     for contact in query.contacts(&pose_ba).iter().filter(|contact| contact.separation < 1e-5) {
                         overlaps += 1;
-                        let points = [contact.point_a, contact.point_b].map(|point| to_sheet.point(point));
-                        let off = points.map(|point| sheet.tree().nearest(point).unwrap().distance);
+                        let off = [contact.point_a, contact.point_b]
+                            .map(|point| sheet.tree().nearest(to_sheet.point(point)).unwrap().distance);
                         let off = off[0].min(off[1]);
+                        // Beside a valley, a contact may be off the sheet by the tolerance.
                         assert!(
                             off <= 2.0 * contact.separation.abs() + settings.tolerance,
                             "{what}: a contact is {off} m beside it, {contact:?}, seed {SEED:#x}"
@@ -188,9 +189,11 @@ fn depths_between_open_surfaces_grow_with_the_motion() {
                 let time = 1e-3 * f64::from(tick);
                 let pose = Pose::new(DQuat::from_axis_angle(axis, time) * turn, from * (1.0 - 2.0 * time));
                 let least = query.contacts(&pose).iter().map(|contact| contact.separation).fold(0.0, f64::min);
-                // The corners of the sheets are at most 45 mm from their origins.
+                // The corners of the sheets are at most 45 mm from their origins. A depth may
+                // exceed the motion by a quarter, and by the tolerance.
                 let motion = 1e-3 * (2.0 * 0.09 + 0.045);
-                assert!(-least < 1.25 * (last + motion) + 1.1e-3, "{last} m, then {} m, seed {SEED:#x}", -least);
+                let most = 1.25 * (last + motion) + 1.1 * settings.tolerance;
+                assert!(-least < most, "{last} m, then {} m, seed {SEED:#x}", -least);
                 deep += u32::from(least < -1e-4);
                 last = -least;
             }

@@ -24,8 +24,8 @@
 //! An open body has no inside. For an open body, the check only requires that
 //!
 //! - no part of its surface is clearly nearer than D. Without this rule, a corner of a closed a
-//!   below an open b could be confirmed only by b's point inside a. In a steep corner, this point is
-//!   too near to the sides of the corner;
+//!   below an open b could be confirmed only by b's point inside a. In a steep corner, this point
+//!   is too near to the sides of the corner;
 //! - its surface is near the place to which the depth moves the point. All points far from a small
 //!   sheet are at a large distance from it.
 //!
@@ -54,8 +54,8 @@ use crate::body::{Body, Feature, FeaturePair, Polytope};
 ///
 /// Two features that share an admissible normal may lie side by side, for example two edges that
 /// do not cross. Then the contact acts at the point that confirms the depth, or at the middle if
-/// both points confirm it. So the tip of a tool above a plate is not pushed at a distant edge of the
-/// plate.
+/// both points confirm it. So the tip of a tool above a plate is not pushed at a distant edge of
+/// the plate.
 pub(super) fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Contact) -> Option<Contact> {
     let (depth, points) = (-contact.separation, on_features(input, facing));
     let out = depth * contact.normal;
@@ -97,8 +97,8 @@ fn are_edges(contact: &Contact) -> bool {
 
 /// Returns for each of a contact's points whether it confirms the contact's depth: the point is
 /// inside the other body, and at least `share` of the depth away from its surface. The triangles
-/// `own` of each body do not count. If the other body is open, the point only has to leave it near
-/// its surface.
+/// `own` of each body do not count. If the other body is open, the point has to leave it near its
+/// surface instead of being inside.
 fn confirming<'q>(
     input: &'q QueryInput<'_>,
     contact: &'q Contact,
@@ -111,12 +111,15 @@ fn confirming<'q>(
     let depth = -contact.separation;
     let [normal, point_b] = [place.inverse_vector(contact.normal), place.inverse_point(point_b)];
     let [of_a, of_b] = [(a, contact.piece_a), (b, contact.piece_b)];
-    let points = [(of_b, own_b, point_a, of_a, normal), (of_a, own_a, point_b, of_b, contact.normal)];
-    let outs = [depth * contact.normal, -depth * normal];
-    points.into_iter().zip(outs).map(move |(((body, piece), own, point, (other, other_piece), along), out)| {
+    let points = [
+        (of_b, own_b, point_a, depth * contact.normal, of_a, normal),
+        (of_a, own_a, point_b, -depth * normal, of_b, contact.normal),
+    ];
+    points.into_iter().map(move |((body, piece), own, point, out, (other, other_piece), along)| {
+        // The pieces of two sheets have no width that could tell the side.
         let is_far_side =
-            || is_sheet(body, piece) && depth > 0.5 * width(&other.polytopes()[other_piece as usize], along);
-        is_near(body, point + out, depth) && lies_within(body, own, point, share * depth) && (open || !is_far_side())
+            || !open && is_sheet(body, piece) && depth > 0.5 * width(&other.polytopes()[other_piece as usize], along);
+        is_near(body, point + out, depth) && lies_within(body, own, point, share * depth) && !is_far_side()
     })
 }
 

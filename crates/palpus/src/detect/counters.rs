@@ -20,7 +20,8 @@ pub struct QueryCounters {
     /// Number of depths that were moved to another normal, because the meshes of both pieces do not
     /// have the normal of the least depth.
     pub moved: u32,
-    /// Number of depths that were left out because they contradict the surfaces of the solids.
+    /// Number of depths that were left out because they contradict the surfaces of the solids, or,
+    /// in open bodies, the motion since the last query.
     pub rejected: u32,
     /// Number of replacement contacts, from a witness point to the nearest surface, if the bodies
     /// overlap and no depth of pieces was accepted; 0 or 1.

@@ -21,16 +21,18 @@
 //!    still grows. If the sample has only a few contacts, as in an impact of spinning bodies, they
 //!    do not stand for pairs that are nearer than all of them ([`Sample::floor`]).
 
+mod loads;
+
 use std::sync::Arc;
 
 use glam::DVec3;
 
+use self::loads::Loads;
 use super::Contact;
 use crate::algebra::tolerance::{
-    FLOOR_RISE, SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LARGE, SAMPLE_LEAST, SAMPLE_LOADS,
-    SAMPLE_MOST, SAMPLE_PACE, SAMPLE_PAIRS,
+    FLOOR_RISE, SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LARGE, SAMPLE_LEAST, SAMPLE_MOST,
+    SAMPLE_PACE, SAMPLE_PAIRS,
 };
-use crate::algebra::{Directions, LANES};
 use crate::body::{Body, NodeKind};
 
 /// Decides which pairs are measured, and how much their contacts count.
@@ -42,83 +44,13 @@ pub(super) struct Sample {
     /// Pieces with a rank below this belong to the sample. With [`Self::ALL`], all pieces belong to
     /// it and have full weight.
     share: f64,
-    /// True if other pairs are represented by the sample. Otherwise they are measured, too.
+    /// True if so many pairs touch that pairs outside the sample are only bounded.
     represents: bool,
     floor: Floor,
     /// The contacts of the sample, as of the last query.
     loads: Loads,
     /// The contacts of other pairs.
     others: Loads,
-}
-
-/// Contacts with which other pairs are compared.
-#[derive(Clone, Debug)]
-struct Loads {
-    fours: Vec<LoadLanes>,
-    /// Number of contacts.
-    count: usize,
-}
-
-/// Four of these contacts. Lanes without a contact have no engagement.
-#[derive(Clone, Copy, Debug)]
-struct LoadLanes {
-    normals: Directions,
-    /// Engagement (model units), times the contact's count if that is below 1.
-    engagements: [f64; LANES],
-    pieces: [[u32; 2]; LANES],
-}
-
-impl Loads {
-    /// Allocates memory.
-    fn new() -> Self {
-        Self { fours: Vec::with_capacity(SAMPLE_LOADS.div_ceil(LANES)), count: 0 }
-    }
-
-    fn clear(&mut self) {
-        self.fours.clear();
-        self.count = 0;
-    }
-
-    fn copy(&mut self, other: &Self) {
-        self.fours.clear();
-        self.fours.extend_from_slice(&other.fours);
-        self.count = other.count;
-    }
-
-    /// Adds a contact, if there is room for it.
-    fn push(&mut self, normal: DVec3, engagement: f64, pieces: [u32; 2]) {
-        if self.count == SAMPLE_LOADS {
-            return;
-        }
-        let lane = self.count % LANES;
-        if lane == 0 {
-            self.fours.push(LoadLanes {
-                normals: Directions::NONE,
-                engagements: [0.0; LANES],
-                pieces: [[0; 2]; LANES],
-            });
-        }
-        if let Some(four) = self.fours.last_mut() {
-            four.normals.set(lane, normal);
-            (four.engagements[lane], four.pieces[lane]) = (engagement, pieces);
-            self.count += 1;
-        }
-    }
-
-    /// Returns the largest engagement along `normal` of the contacts that `counts` accepts, with
-    /// the kernel of [`crate::force::LoadSharing`].
-    #[inline]
-    fn most(&self, normal: DVec3, counts: impl Fn([u32; 2]) -> bool) -> f64 {
-        let mut most = [0.0; LANES];
-        for four in &self.fours {
-            let alike = four.normals.alike(normal);
-            for k in 0..LANES {
-                let felt = if counts(four.pieces[k]) { alike[k] * four.engagements[k] } else { 0.0 };
-                most[k] = if felt > most[k] { felt } else { most[k] };
-            }
-        }
-        most.into_iter().fold(0.0, f64::max)
-    }
 }
 
 impl Sample {
@@ -166,19 +98,20 @@ impl Sample {
         self.share < Self::ALL
     }
 
-    /// True if pairs that are not in the sample are only bounded.
+    /// True if pairs that are not in the sample are only bounded. Otherwise they are measured, too.
     pub(super) fn represents(&self) -> bool {
-        self.represents && self.is_partial()
+        debug_assert!(self.is_partial() || !self.represents);
+        self.represents
     }
 
     /// Returns the separation (model units) that a represented pair must have at least; infinite if
     /// no pair is represented, and minus infinity if the sample is large enough to stand for any
     /// pair.
     pub(super) fn floor(&self) -> f64 {
-        match (self.represents(), self.is_large()) {
-            (false, _) => f64::INFINITY,
-            (true, false) => self.floor.separation,
-            (true, true) => f64::NEG_INFINITY,
+        match self.represents() {
+            false => f64::INFINITY,
+            true if self.is_large() => f64::NEG_INFINITY,
+            true => self.floor.separation,
         }
     }
 
@@ -253,10 +186,10 @@ impl Sample {
         }
     }
 
-    /// Sets the floor for the next query. `contacts` are all contacts of this query.
-    pub(super) fn set_floor(&mut self, contacts: &[Contact], range: &Range) {
-        let deepest = contacts.iter().map(|contact| contact.separation).fold(range.tolerance, f64::min);
-        self.floor.follow(deepest, range);
+    /// Sets the floor for the next query. `deepest` is the least separation (model units) of all
+    /// contacts of this query.
+    pub(super) fn set_floor(&mut self, deepest: f64, range: &Range) {
+        self.floor.follow(deepest.min(range.tolerance), range);
         if self.is_large() {
             // If the sample becomes small, all bounds are tested.
             self.floor.lowest = f64::NEG_INFINITY;
@@ -432,9 +365,8 @@ mod tests {
         sample.set_touching(1e4, true);
         let range = Range { tolerance: 2.0, offset: 1.0 };
         let has_receded = path.iter().map(|&separation| {
-            let contacts = vec![contact(separation); contacts];
-            sample.keep(&contacts, range.tolerance);
-            sample.set_floor(&contacts, &range);
+            sample.keep(&vec![contact(separation); contacts], range.tolerance);
+            sample.set_floor(separation, &range);
             sample.has_receded()
         });
         has_receded.collect()
@@ -455,9 +387,8 @@ mod tests {
         sample.set_touching(1e4, true);
         let range = Range { tolerance: 2.0, offset: 1.0 };
         for (count, floor) in [(1, 0.5), (SAMPLE_LARGE, f64::NEG_INFINITY)] {
-            let contacts = vec![contact(0.5); count];
-            sample.keep(&contacts, range.tolerance);
-            sample.set_floor(&contacts, &range);
+            sample.keep(&vec![contact(0.5); count], range.tolerance);
+            sample.set_floor(0.5, &range);
             assert_eq!(sample.floor(), floor);
         }
         sample.set_touching(SAMPLE_PAIRS, false);

@@ -9,10 +9,10 @@
 //!    pair's last normal, the normal of the march and the line of centroids. If the walk ends on a
 //!    normal that one of the meshes does not have, the least depth along a shared normal is used
 //!    instead ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if
-//!    the check of `confirm` rejects its depth, or if the pieces share no normal. If a body is open,
-//!    the contact is also left out if it is deeper than the motion since the last query allows. If
-//!    the bodies overlap and no depth is accepted, the query adds a replacement contact, from a
-//!    witness point to the nearest surface.
+//!    the check of `confirm` rejects its depth, or if the pieces share no normal. If a body is
+//!    open, the contact is also left out if it is deeper than the motion since the last query
+//!    allows. If the bodies overlap and no depth is accepted, the query adds a replacement contact,
+//!    from a witness point to the nearest surface.
 //!
 //! With [`Proof::Prove`], the query proves that each depth is the global minimum for its pair of
 //! pieces, or replaces it by a proven depth. The proof comes before a depth is moved to a normal of
@@ -35,8 +35,11 @@
 //! ([`Helper`]). The parts do not depend on the number of threads, and their contacts are joined in
 //! a fixed order, so the results have the same bits for any number of threads.
 
+mod divide;
+
 use std::sync::Arc;
 
+use self::divide::divide;
 use super::confirm::{LastOverlap, replacement};
 use super::exact::{Placed, on_meshes};
 use super::guard::Guard;
@@ -44,9 +47,9 @@ use super::part::{Part, PartSearch, RejectedContacts, Task};
 use super::query_input::{QueryInput, side};
 use super::sample::Sample;
 use super::{Contact, QueryCounters, QuerySettings};
-use crate::algebra::tolerance::{CONFIRMED_SHARE, DIVIDED_FROM, HELPED_WORK, NEW_PAIRS, REST_ALL, REST_FROM};
+use crate::algebra::tolerance::{CONFIRMED_SHARE, HELPED_WORK, NEW_PAIRS, REST_ALL, REST_FROM};
 use crate::algebra::{Clock, Placement, Pose, Quota, Rounds, Work};
-use crate::body::{Body, Hierarchy, NodeKind};
+use crate::body::Body;
 use crate::collision::Thickness;
 
 /// The parts of the queries between two bodies, and the data that all parts share.
@@ -80,10 +83,6 @@ pub(super) struct Search {
 /// Capacity of the front, in node pairs. A spoon in a cup has hundreds, two scans of 30 000
 /// triangles have some thousands, and a nut on its thread has some ten thousands.
 const NODE_PAIRS: usize = 1 << 17;
-
-/// Number of parts of a divided query. More parts share the work of several threads more evenly,
-/// but each part costs some tenths of a microsecond, even without contacts.
-const PARTS: usize = 8;
 
 /// How many times as much room the parts of a divided query have together as a query in one part,
 /// since the contacts may not be spread evenly over the parts.
@@ -148,9 +147,9 @@ impl Search {
         self.round();
         let (rejected, touching) = self.join(quota, &mut counters);
         self.sample.keep(&self.contacts, input.tolerance);
-        self.sample.set_floor(&self.contacts, &input.range());
-        let offset = input.range().offset;
-        self.pressing = self.contacts.iter().any(|contact| contact.separation < offset);
+        let deepest = self.contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
+        self.sample.set_floor(deepest, &input.range());
+        self.pressing = deepest < input.range().offset;
         self.touching = touching;
         self.set_touching(touching);
         self.hold_overlap(input, &rejected, &mut counters);
@@ -422,43 +421,4 @@ impl Clone for Search {
             ..*self
         }
     }
-}
-
-/// Returns the pairs of nodes whose leaf pairs are the parts of a query. Only a query that follows
-/// a motion, of two bodies with many pieces, is divided.
-fn divide(a: &Body, b: &Body, settings: &QuerySettings) -> Vec<[u32; 2]> {
-    let (of_a, of_b) = (a.hierarchy(), b.hierarchy());
-    if !settings.holding || a.polytopes().len().saturating_mul(b.polytopes().len()) < DIVIDED_FROM {
-        return vec![[of_a.root(), of_b.root()]];
-    }
-    if a.size() <= b.size() {
-        largest_nodes(of_a).into_iter().map(|node| [node, of_b.root()]).collect()
-    } else {
-        largest_nodes(of_b).into_iter().map(|node| [of_a.root(), node]).collect()
-    }
-}
-
-/// Returns nodes that together have all leaves, each leaf once. The node with the most leaves is
-/// split until there are [`PARTS`] nodes.
-fn largest_nodes(hierarchy: &Hierarchy) -> Vec<u32> {
-    let mut nodes = vec![hierarchy.root()];
-    while nodes.len() < PARTS {
-        let largest = nodes.iter().enumerate().max_by_key(|&(k, &node)| (leaves(hierarchy, node), usize::MAX - k));
-        let Some((k, &node)) = largest else { break };
-        let NodeKind::Inner { left, right } = hierarchy.node(node).kind else { break };
-        nodes.splice(k..=k, [left, right]);
-    }
-    nodes
-}
-
-/// Returns the number of leaves below a node.
-fn leaves(hierarchy: &Hierarchy, node: u32) -> usize {
-    let (mut count, mut stack) = (0, vec![node]);
-    while let Some(node) = stack.pop() {
-        match hierarchy.node(node).kind {
-            NodeKind::Leaf { .. } => count += 1,
-            NodeKind::Inner { left, right } => stack.extend([left, right]),
-        }
-    }
-    count
 }

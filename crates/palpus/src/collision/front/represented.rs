@@ -100,8 +100,9 @@ impl Front {
     /// all pairs. Minus infinity also lets pairs wait as if all surfaces slid along each other. If
     /// `now` is true, the next query tests all represented pairs.
     pub(crate) fn represent_above(&mut self, floor: f64, now: bool) {
-        self.floor = floor;
-        if self.represented > 0 && (now || floor == f64::INFINITY) {
+        let before = std::mem::replace(&mut self.floor, floor);
+        let is_over = floor == f64::INFINITY && before < f64::INFINITY;
+        if self.represented > 0 && (now || is_over) {
             for place in 0..self.fresh {
                 if self.pairs[place as usize].state == State::Represented {
                     self.wakes.set(place, self.motion_bound.sum());

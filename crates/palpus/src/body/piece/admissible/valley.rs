@@ -51,7 +51,13 @@ impl Valley {
     /// Returns true if `point` is not on the side of the surface face, as seen from the valley.
     pub(crate) fn is_crossed(&self, polytope: &Polytope, point: DVec3) -> bool {
         let [tail, head] = self.ends.map(|v| polytope.vertex(v));
-        (head - tail).cross(self.plane.normal).dot(point - tail) >= 0.0
+        self.across(head - tail, point - tail) >= 0.0
+    }
+
+    /// Returns how far `off` (from the first end) points away from the surface face, along the face
+    /// and at right angles to the valley's direction `along`; in units of the length of `along`.
+    fn across(&self, along: DVec3, off: DVec3) -> f64 {
+        along.cross(self.plane.normal).dot(off)
     }
 
     /// Returns the gap between `point` and the plane of the surface face, for contacts within
@@ -64,7 +70,7 @@ impl Valley {
         let (height, far) = (self.plane.normal.dot(off), along.dot(off));
         // How far the point is past an end of the valley, and beside the surface face.
         let past = (-far).max(far - length).max(0.0);
-        let beside = along.cross(self.plane.normal).dot(off).max(0.0);
+        let beside = self.across(along, off).max(0.0);
         let distance = DVec3::new(height, past, beside).length();
         if distance >= tolerance {
             return None;
