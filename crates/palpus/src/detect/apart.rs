@@ -8,6 +8,8 @@
 //!      ([`AdmissibleNormals::continued_normal`]), or
 //!    - along the normal of a face that ends at a valley ([`Valley`]). The closest points are at
 //!      the valley, and the contact is between the face's plane and a vertex of the other piece.
+//! 3. If the bodies may turn before the next query ([`QuerySettings::turn`](super::QuerySettings)),
+//!    the direction of the closest points need only be a normal after such a turn.
 
 use glam::DVec3;
 
@@ -17,6 +19,7 @@ use super::found::{Found, at, at_closest};
 use super::memory::PairMemory;
 use super::query_input::QueryInput;
 use crate::algebra::Plane;
+use crate::algebra::tolerance::ADMISSIBLE_ANGLE;
 use crate::body::{AdmissibleNormals, Feature, FeaturePair, Valley};
 use crate::collision::{Closest, LeafPair};
 
@@ -28,23 +31,29 @@ pub(super) struct Apart<'q> {
     normals: [AdmissibleNormals<'q>; 2],
     /// The direction of the closest points out of a in a's frame, and out of b in b's frame.
     outward: [DVec3; 2],
-    /// For a and for b: true if the closest point lies on the mesh, and the direction of the
-    /// closest points is a normal of the mesh there.
+    /// As in [`Self::admitted_within`], for the present pose.
     admitted: [bool; 2],
 }
 
 impl<'q> Apart<'q> {
     pub(super) fn new(input: &'q QueryInput<'q>, leaf: &'q LeafPair, closest: &'q Closest) -> Self {
-        let QueryInput { a, b, place, .. } = input;
-        let Closest { point_a, point_b, normal, features, .. } = *closest;
+        let outward = [input.place.inverse_vector(-closest.normal), closest.normal];
         let normals = input.admissible_normals(leaf);
-        let outward = [place.inverse_vector(-normal), normal];
-        let (piece_a, piece_b) = (&a.pieces()[leaf.piece_a as usize], &b.pieces()[leaf.piece_b as usize]);
-        let admitted = [
-            normals[0].holds(piece_a, features.a, place.inverse_point(point_a), outward[0]),
-            normals[1].holds(piece_b, features.b, point_b, outward[1]),
-        ];
-        Self { input, leaf, closest, normals, outward, admitted }
+        let present = Self { input, leaf, closest, normals, outward, admitted: [false; 2] };
+        Self { admitted: present.admitted_within(ADMISSIBLE_ANGLE), ..present }
+    }
+
+    /// For a and for b: returns true if the closest point lies on the mesh, and the direction of
+    /// the closest points is within `angle` (rad) of a normal of the mesh there.
+    fn admitted_within(&self, angle: f64) -> [bool; 2] {
+        let (QueryInput { a, b, place, .. }, LeafPair { piece_a, piece_b, .. }) = (self.input, self.leaf);
+        let Closest { point_a, point_b, features, .. } = *self.closest;
+        let (piece_a, piece_b) = (&a.pieces()[*piece_a as usize], &b.pieces()[*piece_b as usize]);
+        let [normals_a, normals_b] = &self.normals;
+        [
+            normals_a.holds_within(piece_a, features.a, place.inverse_point(point_a), self.outward[0], angle),
+            normals_b.holds_within(piece_b, features.b, point_b, self.outward[1], angle),
+        ]
     }
 
     /// Returns the contact. `patch_slope` is the tangent of the angle of patches.
@@ -54,7 +63,10 @@ impl<'q> Apart<'q> {
         }
         let Some(slope) = patch_slope else { return Found::Nothing };
         let continued = self.on_continued(slope).map(Found::NearlyFlush);
-        continued.or_else(|| self.beside_valley().map(Found::BesideValley)).unwrap_or(Found::Nothing)
+        continued
+            .or_else(|| self.beside_valley().map(Found::BesideValley))
+            .or_else(|| self.after_turn().map(Found::NearlyFlush))
+            .unwrap_or(Found::Nothing)
     }
 
     /// Returns the contact along the normal of a flat face that continues beyond one of the pieces.
@@ -82,6 +94,14 @@ impl<'q> Apart<'q> {
         let separation = distance * normal.dot(flat);
         let points = points_about(point_a.midpoint(point_b), flat, separation);
         Some(at(self.leaf, features, points, flat, separation))
+    }
+
+    /// Returns the contact at the closest points, if a turn of the bodies can make their direction a
+    /// normal of both meshes.
+    fn after_turn(&self) -> Option<Contact> {
+        let turn = self.input.settings.turn;
+        let may_touch = turn > ADMISSIBLE_ANGLE && self.admitted_within(turn) == [true; 2];
+        may_touch.then(|| at_closest(self.leaf, self.closest))
     }
 
     /// Returns the contact of least separation beside a valley of one of the pieces. `None` if the

@@ -135,6 +135,11 @@ impl ContactQuery {
         self.settings.contact_offset = offset;
     }
 
+    /// Sets [`QuerySettings::turn`] (rad) from the next query on.
+    pub fn set_turn(&mut self, turn: f64) {
+        self.settings.turn = turn;
+    }
+
     /// Sets [`QuerySettings::patch_angle`] from the next query on.
     pub fn set_patch_angle(&mut self, angle: Option<f64>) {
         self.settings.patch_angle = angle;

@@ -30,6 +30,11 @@ pub struct QuerySettings {
     /// and below a right angle), and contacts beside edges where a surface bends inward. `None`: at
     /// most one contact for each pair of pieces, at its exact witness points.
     pub patch_angle: Option<f64>,
+    /// The bodies may turn relative to each other by this angle (rad) before the next query. If
+    /// the query finds patches, it also finds those that only such a turn would bring into contact:
+    /// parts of a curved rim, for example, that tilts onto a flat face. 0: it does not look for
+    /// them.
+    pub turn: f64,
     /// If true, the query guards against tunnelling: a fast body does not pass a thin part between
     /// two queries.
     pub guard: bool,
@@ -48,6 +53,7 @@ impl Default for QuerySettings {
             capacity: 4096,
             proof: Proof::None,
             patch_angle: None,
+            turn: 0.0,
             guard: false,
             holding: false,
         }

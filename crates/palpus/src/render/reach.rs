@@ -2,7 +2,8 @@
 //!
 //! The query searches contacts only as far as the body may move in the next step: twice the
 //! motion of the last step, and at least two contact offsets. No step moves the body farther, so it
-//! cannot pass through a surface that the query did not examine.
+//! cannot pass through a surface that the query did not examine. The bound also limits the turn of
+//! the body: the query finds places whose normal faces the other body only after such a turn.
 
 use crate::algebra::Twist;
 use crate::algebra::tolerance::{REACH_CREEP, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};
@@ -21,6 +22,15 @@ pub(super) struct Reach {
     clear: f64,
 }
 
+/// Bounds on the motion of a body in one step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct MostMotion {
+    /// Bound on the motion of each point, m.
+    pub(super) travel: f64,
+    /// Bound on the turn, rad.
+    pub(super) turn: f64,
+}
+
 impl Reach {
     /// Returns the bound for a body at rest whose points are within `radius` (m) of its centre of
     /// mass. Contacts push below a separation of `contact_offset` (m).
@@ -34,9 +44,9 @@ impl Reach {
         self.most = self.most.max(REACH_LEAST * contact_offset);
     }
 
-    /// Returns a bound on the motion of all points of the body in the next step, m.
-    pub(super) fn most(&self) -> f64 {
-        self.most
+    /// Returns the bounds on the body's motion in the next step.
+    pub(super) fn most(&self) -> MostMotion {
+        MostMotion { travel: self.most, turn: self.most / self.radius }
     }
 
     /// Starts a tick. Until [`Self::see`] is called, everything counts as examined.

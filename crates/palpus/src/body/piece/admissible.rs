@@ -144,16 +144,16 @@ impl Admissible {
     }
 
     /// Returns true if no neighbour of mesh vertex `v` is higher than `v` along `outward`, within
-    /// [`ADMISSIBLE_ANGLE`] and the noise.
-    fn is_highest(&self, v: u32, outward: DVec3) -> bool {
-        v != NONE && self.edges(v).iter().all(|&edge| !self.rises(edge, outward))
+    /// `angle` (rad) and the noise.
+    fn is_highest(&self, v: u32, outward: DVec3, angle: f64) -> bool {
+        v != NONE && self.edges(v).iter().all(|&edge| !self.rises(edge, outward, angle))
     }
 
     /// Returns true if no neighbour of mesh vertex `v` is higher than `v` along `normal`, and each
     /// neighbour that is higher along `outward` lies in the plane with this normal.
     fn continues(&self, v: u32, normal: DVec3, outward: DVec3) -> bool {
-        let is_flat =
-            |&edge: &DVec3| !self.rises(edge, normal) && (edge.dot(outward) <= 0.0 || !self.rises(edge, -normal));
+        let rises = |edge, normal| self.rises(edge, normal, ADMISSIBLE_ANGLE);
+        let is_flat = |&edge: &DVec3| !rises(edge, normal) && (edge.dot(outward) <= 0.0 || !rises(edge, -normal));
         v != NONE && self.edges(v).iter().all(is_flat)
     }
 
@@ -162,11 +162,10 @@ impl Admissible {
         &self.edges[self.edge_starts[v as usize] as usize..self.edge_starts[v as usize + 1] as usize]
     }
 
-    /// Returns true if `edge` rises along `outward` by more than [`ADMISSIBLE_ANGLE`] and the
-    /// noise.
-    fn rises(&self, edge: DVec3, outward: DVec3) -> bool {
+    /// Returns true if `edge` rises along `outward` by more than `angle` (rad) and the noise.
+    fn rises(&self, edge: DVec3, outward: DVec3, angle: f64) -> bool {
         let rise = edge.dot(outward) - self.noise;
-        rise > 0.0 && rise * rise > ADMISSIBLE_ANGLE * ADMISSIBLE_ANGLE * edge.length_squared()
+        rise > 0.0 && rise * rise > angle * angle * edge.length_squared()
     }
 }
 
@@ -266,8 +265,12 @@ impl<'a> AdmissibleNormals<'a> {
     ///
     /// A plate has two edges at each of its sides, and a search may return either of them.
     pub fn edge_faces(&self, edge: u32, direction: DVec3) -> bool {
-        self.one_edge_faces(edge, direction)
-            || self.other_edge(edge).is_some_and(|other| self.one_edge_faces(other, direction))
+        self.edge_faces_within(edge, direction, ADMISSIBLE_ANGLE)
+    }
+
+    fn edge_faces_within(&self, edge: u32, direction: DVec3, angle: f64) -> bool {
+        self.one_edge_faces(edge, direction, angle)
+            || self.other_edge(edge).is_some_and(|other| self.one_edge_faces(other, direction, angle))
     }
 
     /// Returns the other edge at the same side of a plate; `None` if the piece is not a plate.
@@ -277,15 +280,14 @@ impl<'a> AdmissibleNormals<'a> {
         self.polytope.face_edges(rim).iter().find(|&other| other != edge)
     }
 
-    fn one_edge_faces(&self, edge: u32, direction: DVec3) -> bool {
+    fn one_edge_faces(&self, edge: u32, direction: DVec3, angle: f64) -> bool {
         match self.arc_at(edge) {
-            Some(arc) => self.arc_holds(arc, direction),
+            Some(arc) => self.arc_holds(arc, direction, angle),
             None => {
                 let Sides { left, right } = self.sides(edge);
                 [left, right].into_iter().any(|face| {
                     self.surface_face(face).is_some()
-                        && self.polytope.plane(face).normal.distance_squared(direction)
-                            <= ADMISSIBLE_ANGLE * ADMISSIBLE_ANGLE
+                        && self.polytope.plane(face).normal.distance_squared(direction) <= angle * angle
                 })
             }
         }
@@ -296,11 +298,11 @@ impl<'a> AdmissibleNormals<'a> {
         Sides { left: edge.left, right: edge.right }
     }
 
-    fn arc_holds(&self, arc: &SurfaceArc, direction: DVec3) -> bool {
+    fn arc_holds(&self, arc: &SurfaceArc, direction: DVec3, angle: f64) -> bool {
         let [left, right] = self.ends(arc);
         let edge = self.polytope.edge(arc.edge);
         let along = self.polytope.vertex(edge.head) - self.polytope.vertex(edge.tail);
-        let slack = ADMISSIBLE_ANGLE * along.length();
+        let slack = angle * along.length();
         // The direction must lie after the left end and before the right end, on the shorter arc.
         along.dot(left.cross(direction)) >= -slack
             && along.dot(direction.cross(right)) >= -slack
@@ -312,6 +314,19 @@ impl<'a> AdmissibleNormals<'a> {
     /// must be a unit vector and a support direction of the piece at `point`. Both vectors are in
     /// the piece's frame.
     pub fn holds(&self, piece: &Piece, feature: Feature, point: DVec3, outward: DVec3) -> bool {
+        self.holds_within(piece, feature, point, outward, ADMISSIBLE_ANGLE)
+    }
+
+    /// Returns true if `outward` is within `angle` (rad) of an admissible normal at `point`;
+    /// otherwise as [`Self::holds`].
+    pub(crate) fn holds_within(
+        &self,
+        piece: &Piece,
+        feature: Feature,
+        point: DVec3,
+        outward: DVec3,
+        angle: f64,
+    ) -> bool {
         match feature {
             Feature::Face(face) => {
                 let normal = self.polytope.plane(face).normal;
@@ -320,8 +335,8 @@ impl<'a> AdmissibleNormals<'a> {
                         .surface_face(face)
                         .is_some_and(|own| own.whole || lies_on(piece.face_triangles(face), self.mesh, normal, point))
             }
-            Feature::Edge(edge) => self.edge_faces(edge, outward),
-            Feature::Vertex(vertex) => self.vertex_admits(vertex, outward),
+            Feature::Edge(edge) => self.edge_faces_within(edge, outward, angle),
+            Feature::Vertex(vertex) => self.vertex_admits_within(vertex, outward, angle),
         }
     }
 
@@ -330,7 +345,11 @@ impl<'a> AdmissibleNormals<'a> {
     /// neighbouring mesh vertex is higher along `direction`. `direction` must be a unit vector in
     /// the piece's frame and a support direction at the vertex.
     pub fn vertex_admits(&self, vertex: u32, direction: DVec3) -> bool {
-        self.all.is_highest(self.corners[vertex as usize], direction) && self.vertex_faces(vertex, direction)
+        self.vertex_admits_within(vertex, direction, ADMISSIBLE_ANGLE)
+    }
+
+    fn vertex_admits_within(&self, vertex: u32, direction: DVec3, angle: f64) -> bool {
+        self.all.is_highest(self.corners[vertex as usize], direction, angle) && self.vertex_faces(vertex, direction)
     }
 
     /// Returns the normal of a surface face at `feature` whose plane the mesh continues beyond the

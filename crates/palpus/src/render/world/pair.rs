@@ -28,6 +28,15 @@ pub(super) struct Place<'b> {
     pub(super) twist: Twist,
 }
 
+/// Which contacts a step needs: those that push now, and those that may push at its end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LookAhead {
+    /// Contacts are searched below this separation, m.
+    pub(super) within: f64,
+    /// The bodies may turn relative to each other by this angle, rad; see [`QuerySettings::turn`].
+    pub(super) turn: f64,
+}
+
 /// See the module's description. The first body is a, the second b.
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
@@ -152,11 +161,19 @@ impl Pair {
         self.query.came_from(pose_ba);
     }
 
-    /// Finds all contacts nearer than `within` (m).
-    pub(super) fn query(&mut self, a: &Place<'_>, b: &Place<'_>, within: f64, quota: &Quota<'_>, clock: &impl Clock) {
+    /// Finds the contacts that `ahead` includes.
+    pub(super) fn query(
+        &mut self,
+        a: &Place<'_>,
+        b: &Place<'_>,
+        ahead: LookAhead,
+        quota: &Quota<'_>,
+        clock: &impl Clock,
+    ) {
         self.pose_ba = relative(&a.pose, &b.pose);
-        self.within = within;
-        self.query.set_tolerance(within);
+        self.within = ahead.within;
+        self.query.set_tolerance(ahead.within);
+        self.query.set_turn(ahead.turn);
         self.counters = *self.query.run_within(&self.pose_ba, quota, clock);
         self.contacts.clear();
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));

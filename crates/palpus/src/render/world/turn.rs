@@ -4,11 +4,12 @@ use glam::DVec3;
 
 use super::held::Held;
 use super::object::Role;
-use super::pair::{Pair, mirrored, relative};
+use super::pair::{LookAhead, Pair, mirrored, relative};
 use super::{NONE, World, WorldCounters};
 use crate::algebra::tolerance::BOX_SPARE;
 use crate::algebra::{Clock, Twist, Work};
 use crate::render::ProbeState;
+use crate::render::reach::MostMotion;
 use crate::render::tool::radius;
 use crate::render::transient::approach;
 
@@ -86,12 +87,11 @@ impl World {
         }
     }
 
-    /// Returns a bound on the motion of all points of body `i` in this step (m); `None` if no bound
-    /// is known.
-    fn reach(&self, i: usize, dt: f64) -> Option<f64> {
+    /// Returns bounds on the motion of body `i` in this step; `None` if no bound is known.
+    fn reach(&self, i: usize, dt: f64) -> Option<MostMotion> {
         let thing = &self.things[i];
         match &thing.role {
-            Role::Fixed => Some(0.0),
+            Role::Fixed => Some(MostMotion::default()),
             Role::Free(free) => Some(free.reach.most()),
             Role::Tool(k) => {
                 let held = &self.tools[*k];
@@ -101,19 +101,22 @@ impl World {
                 let Twist { angular, linear } = thing.twist;
                 let still = angular == DVec3::ZERO && linear == DVec3::ZERO;
                 let radius = if still { 0.0 } else { radius(&thing.body) };
-                Some((linear.length() + angular.length() * radius) * dt)
+                let turn = angular.length();
+                Some(MostMotion { travel: (linear.length() + turn * radius) * dt, turn: turn * dt })
             }
         }
     }
 
-    /// Returns the separation below which the query of a pair searches contacts, m. This separation
-    /// is the contact offset plus the largest motion of both bodies in this step, if these motions
-    /// are known.
-    fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
+    /// Returns which contacts a pair's query searches: those within the contact offset plus the
+    /// largest motion of both bodies in this step, if these motions are known. Otherwise no step
+    /// moves the bodies, and the query searches within the contact tolerance.
+    fn looked_ahead(&self, pair: &Pair, dt: f64) -> LookAhead {
         let settings = pair.settings();
         match pair.bodies.map(|i| self.reach(i, dt)) {
-            [Some(one), Some(other)] => settings.contact_offset() + one + other,
-            _ => settings.contact_tolerance,
+            [Some(one), Some(other)] => {
+                LookAhead { within: settings.contact_offset() + one.travel + other.travel, turn: one.turn + other.turn }
+            }
+            _ => LookAhead { within: settings.contact_tolerance, turn: 0.0 },
         }
     }
 
@@ -128,7 +131,7 @@ impl World {
             // as the distance is below the tool's size. Then cached results exist when the bodies
             // touch.
             let ahead = if matches!(thing.role, Role::Tool(_)) { radius(&thing.body) } else { 0.0 };
-            let margin = self.reach(i, dt).unwrap_or(0.0) + ahead + self.margin;
+            let margin = self.reach(i, dt).unwrap_or_default().travel + ahead + self.margin;
             if !thing.there {
                 self.broad.take_away(i);
             } else if self.boxed_with != self.margin || !self.broad.holds(i, &thing.pose, thing.radius, margin) {
@@ -163,7 +166,7 @@ impl World {
         let work = Work::of(self.allowed);
         let begin = self.steps.checked_sub(1);
         for (turn, k) in self.near.iter().map(|&k| k as usize).enumerate() {
-            let within = self.looked_ahead(&self.pairs[k], dt);
+            let looked_ahead = self.looked_ahead(&self.pairs[k], dt);
             let pair = &mut self.pairs[k];
             let [a, b] = pair.bodies;
             let (things, tools) = (&mut self.things, &mut self.tools);
@@ -175,7 +178,7 @@ impl World {
             }
             pair.looked_at = Some(self.steps);
             let quota = work.share((self.near.len() - turn) as u64);
-            pair.query(&things[a].place(), &things[b].place(), within, &quota, clock);
+            pair.query(&things[a].place(), &things[b].place(), looked_ahead, &quota, clock);
             // If both bodies move, each may move half of the distance.
             let both = [a, b].iter().all(|&i| things[i].rank() < 2);
             let clear = pair.unexamined() * if both { 0.5 } else { 1.0 };

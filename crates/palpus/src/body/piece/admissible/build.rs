@@ -88,9 +88,11 @@ impl Admissible {
             normal.dot(after.cross(edge)) < slack * after.length()
                 || normal.dot(edge.cross(before)) < slack * before.length()
         };
-        let is_flat = |edge: DVec3| !self.rises(edge, normal) && !self.rises(edge, -normal);
+        let rises = |edge, normal| self.rises(edge, normal, ADMISSIBLE_ANGLE);
+        let is_flat = |edge: DVec3| !rises(edge, normal) && !rises(edge, -normal);
         let v = own.corners[at(i) as usize];
-        self.is_highest(v, normal) && self.edges(v).iter().any(|&edge| is_flat(edge) && is_beyond(edge))
+        self.is_highest(v, normal, ADMISSIBLE_ANGLE)
+            && self.edges(v).iter().any(|&edge| is_flat(edge) && is_beyond(edge))
     }
 
     /// Computes the admissible normals of some of the pieces, without rings and caps.
