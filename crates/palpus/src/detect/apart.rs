@@ -8,8 +8,9 @@
 //!      ([`AdmissibleNormals::continued_normal`]), or
 //!    - along the normal of a face that ends at a valley ([`Valley`]). The closest points are at
 //!      the valley, and the contact is between the face's plane and a vertex of the other piece.
-//! 3. If the bodies may turn before the next query ([`QuerySettings::turn`](super::QuerySettings)),
-//!    the direction of the closest points need only be a normal after such a turn.
+//! 3. If the settings request patches, and the bodies may turn before the next query
+//!    ([`QuerySettings::turn`](super::QuerySettings)), the direction of the closest points need only
+//!    be a normal after such a turn.
 
 use glam::DVec3;
 
@@ -31,7 +32,8 @@ pub(super) struct Apart<'q> {
     normals: [AdmissibleNormals<'q>; 2],
     /// The direction of the closest points out of a in a's frame, and out of b in b's frame.
     outward: [DVec3; 2],
-    /// As in [`Self::admitted_within`], for the present pose.
+    /// For a and for b: true if the closest point lies on the mesh, and the direction of the
+    /// closest points is a normal of the mesh there.
     admitted: [bool; 2],
 }
 
@@ -40,20 +42,22 @@ impl<'q> Apart<'q> {
         let outward = [input.place.inverse_vector(-closest.normal), closest.normal];
         let normals = input.admissible_normals(leaf);
         let present = Self { input, leaf, closest, normals, outward, admitted: [false; 2] };
-        Self { admitted: present.admitted_within(ADMISSIBLE_ANGLE), ..present }
+        let admitted = [present.admits_a(ADMISSIBLE_ANGLE), present.admits_b(ADMISSIBLE_ANGLE)];
+        Self { admitted, ..present }
     }
 
-    /// For a and for b: returns true if the closest point lies on the mesh, and the direction of
-    /// the closest points is within `angle` (rad) of a normal of the mesh there.
-    fn admitted_within(&self, angle: f64) -> [bool; 2] {
-        let (QueryInput { a, b, place, .. }, LeafPair { piece_a, piece_b, .. }) = (self.input, self.leaf);
-        let Closest { point_a, point_b, features, .. } = *self.closest;
-        let (piece_a, piece_b) = (&a.pieces()[*piece_a as usize], &b.pieces()[*piece_b as usize]);
-        let [normals_a, normals_b] = &self.normals;
-        [
-            normals_a.holds_within(piece_a, features.a, place.inverse_point(point_a), self.outward[0], angle),
-            normals_b.holds_within(piece_b, features.b, point_b, self.outward[1], angle),
-        ]
+    /// Returns true if the closest point of a lies on the mesh, and the direction of the closest
+    /// points is within `angle` (rad) of a normal of the mesh there.
+    fn admits_a(&self, angle: f64) -> bool {
+        let piece = &self.input.a.pieces()[self.leaf.piece_a as usize];
+        let point = self.input.place.inverse_point(self.closest.point_a);
+        self.normals[0].holds_within(piece, self.closest.features.a, point, self.outward[0], angle)
+    }
+
+    /// As [`Self::admits_a`], for b.
+    fn admits_b(&self, angle: f64) -> bool {
+        let piece = &self.input.b.pieces()[self.leaf.piece_b as usize];
+        self.normals[1].holds_within(piece, self.closest.features.b, self.closest.point_b, self.outward[1], angle)
     }
 
     /// Returns the contact. `patch_slope` is the tangent of the angle of patches.
@@ -96,11 +100,11 @@ impl<'q> Apart<'q> {
         Some(at(self.leaf, features, points, flat, separation))
     }
 
-    /// Returns the contact at the closest points, if a turn of the bodies can make their direction a
-    /// normal of both meshes.
+    /// Returns the contact at the closest points, if a turn of the bodies can make their direction
+    /// a normal of both meshes.
     fn after_turn(&self) -> Option<Contact> {
-        let turn = self.input.settings.turn;
-        let may_touch = turn > ADMISSIBLE_ANGLE && self.admitted_within(turn) == [true; 2];
+        let (turn, [a, b]) = (self.input.settings.turn, self.admitted);
+        let may_touch = turn > ADMISSIBLE_ANGLE && (a || self.admits_a(turn)) && (b || self.admits_b(turn));
         may_touch.then(|| at_closest(self.leaf, self.closest))
     }
 

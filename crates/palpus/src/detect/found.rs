@@ -12,8 +12,9 @@ pub(super) enum Found {
     Nothing,
     /// A contact along the direction of least distance or depth.
     Admissible(Contact),
-    /// The pieces are apart and belong to nearly flush faces that continue beyond them: a contact
-    /// along the normal of such a face.
+    /// The pieces are apart. They belong to nearly flush faces that continue beyond them, and the
+    /// contact is along the normal of such a face; or only a turn of the bodies would make their
+    /// closest points a contact. Without a patch it is left out (`PartSearch::keep`).
     NearlyFlush(Contact),
     /// The pieces are apart, and a vertex of one is beside a valley of the other.
     BesideValley(Contact),

@@ -135,7 +135,7 @@ impl PartSearch {
     /// Adds the other corners of a leaf pair's new contact, which is at index `known`. Stores all
     /// these contacts for ticks in which the quota is spent. Leaves room for one contact of each of
     /// the `left` remaining leaf pairs, so that corners of one pair do not displace another pair's
-    /// contact. A contact that exists only because faces are nearly flush needs a patch. `found` is
+    /// contact. A contact of nearly flush pieces needs a patch. `found` is
     /// the result of the pair.
     pub(super) fn keep(
         &mut self,

@@ -268,6 +268,7 @@ impl<'a> AdmissibleNormals<'a> {
         self.edge_faces_within(edge, direction, ADMISSIBLE_ANGLE)
     }
 
+    /// As [`Self::edge_faces`], within `angle` (rad).
     fn edge_faces_within(&self, edge: u32, direction: DVec3, angle: f64) -> bool {
         self.one_edge_faces(edge, direction, angle)
             || self.other_edge(edge).is_some_and(|other| self.one_edge_faces(other, direction, angle))
@@ -348,6 +349,7 @@ impl<'a> AdmissibleNormals<'a> {
         self.vertex_admits_within(vertex, direction, ADMISSIBLE_ANGLE)
     }
 
+    /// As [`Self::vertex_admits`], within `angle` (rad).
     fn vertex_admits_within(&self, vertex: u32, direction: DVec3, angle: f64) -> bool {
         self.all.is_highest(self.corners[vertex as usize], direction, angle) && self.vertex_faces(vertex, direction)
     }
