@@ -101,6 +101,6 @@ fn tilted_plate_lands_without_rocking() {
             1e3 * torque
         );
         assert!(deepest <= 20e-6, "{degrees}°: the plates overlap by {deepest} m");
-        assert!(force <= 0.3 && torque <= 3e-3, "{degrees}°: a step of {force} N and {torque} N·m");
+        assert!(force <= 0.15 && torque <= 1.5e-3, "{degrees}°: a step of {force} N and {torque} N·m");
     }
 }

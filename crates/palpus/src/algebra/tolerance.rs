@@ -730,9 +730,8 @@ pub const SAMPLE_PAIRS: f64 = 160.0;
 
 /// Largest size of the sample, in pairs, also while it shrinks gradually.
 ///
-/// The sample and the few pairs that press harder fit into [`SMOOTH_CONTACTS`]. With a larger
-/// value, the deepest contacts are chosen where many pairs suddenly touch; on a flat face they may
-/// all be at one side. A smaller value lets the force jump more often.
+/// A larger value costs time where many pairs suddenly touch. A smaller value lets the force jump
+/// more often.
 pub const SAMPLE_MOST: f64 = 1.25 * SAMPLE_PAIRS;
 
 /// If more than this share of the pairs within the tolerance are new, the size of the sample is set
@@ -1372,6 +1371,18 @@ pub const TILT_SAME: f64 = 1e-9;
 /// one contact replaces another, the force's point of application jumps by at most
 /// 2/[`SMOOTH_CONTACTS`] of the contacts' extent. So a smaller value allows larger jumps.
 pub const SMOOTH_CONTACTS: usize = 256;
+
+/// The size of a drawn contact is its load plus this share of the mean load of all contacts from
+/// which it is drawn.
+///
+/// With 0, a contact with a very small load may represent very many contacts. A large value ignores
+/// the loads, so the mean over the drawn contacts is less exact.
+pub const DRAW_EVEN: f64 = 0.5;
+
+/// A drawn contact counts fully if its priority is above the lowest drawn priority by this share.
+///
+/// A larger value lets contacts come and go more gradually, and lets fewer contacts count fully.
+pub const DRAW_FADE: f64 = 0.5;
 
 // force: friction (friction)
 

@@ -2,7 +2,8 @@
 //! \[K02 §4.2\].
 //!
 //! 1. *Admit* contacts that are finite and nearer than the tolerance. If there are more contacts
-//!    than the capacity, keep the deepest and only count the others.
+//!    than the capacity, keep the deepest and only count the others. If there are more than
+//!    [`LinkageSettings::most`], choose some that represent all.
 //! 2. *Order* the contacts by their values (piece indices first). Then a permutation of the input
 //!    changes no bit of a later sum.
 //! 3. *Link* every two contacts whose midpoints are strictly nearer than the radius δ (eq. 2). A
@@ -29,6 +30,7 @@
 //! [`Linkage::new`] allocates all memory.
 
 mod admit;
+mod choose;
 mod cut;
 mod link;
 mod validate;
@@ -37,7 +39,8 @@ use glam::DVec3;
 
 use super::tilt::{TiltShares, Tilted};
 use crate::detect::Contact;
-use admit::{Candidate, Key};
+use admit::Key;
+use choose::Candidate;
 use link::{Cell, Run};
 
 /// Parameters of clustering.
@@ -52,9 +55,10 @@ pub struct LinkageSettings {
     pub split_angle: Option<f64>,
     /// Largest number of clustered contacts. If there are more contacts and no contacts are
     /// linked, contacts with a tilt share of 0 are left out first: contacts inside a flat face.
-    /// If there are still more contacts, half of this number are the deepest contacts. The other
-    /// half are the deepest contacts with clearly different normals, which stop the tool when it is
-    /// thrown back, and then the contacts that represent most others.
+    /// If there are still more contacts, a quarter of this number are the deepest contacts, and up
+    /// to a quarter are the deepest contacts with clearly different normals, which stop the tool
+    /// when it is thrown back. The rest is a random sample of the other contacts, which represents
+    /// all of them ([`Linkage::tilt_shares`]).
     pub most: usize,
     /// Contacts push below this separation, m. It enters the tilt shares ([`TiltShares`]).
     pub contact_offset: f64,
@@ -148,15 +152,17 @@ impl Linkage {
         }
     }
 
-    /// Clusters `contacts`. `direction` returns the unit direction in which an admitted contact
-    /// pushes a: its normal, or the shaded normal.
+    /// Clusters `contacts`. `expected` returns the separation (m) that a contact will have when its
+    /// force acts; if there are too many contacts, the choice depends on it. `direction` returns
+    /// the unit direction in which an admitted contact pushes a: its normal, or the shaded normal.
     pub fn run(
         &mut self,
         contacts: &[Contact],
         settings: &LinkageSettings,
+        expected: impl Fn(&Contact) -> f64,
         mut direction: impl FnMut(&Contact) -> DVec3,
     ) -> LinkageCounters {
-        let mut counters = self.admit(contacts, settings);
+        let mut counters = self.admit(contacts, settings, expected);
         self.place_in_order(contacts, &mut direction);
         if settings.radius > 0.0 {
             self.draw_together(contacts);
@@ -214,7 +220,8 @@ impl Linkage {
     }
 
     /// Returns the tilt shares of the members, parallel to [`Self::members`], if contacts were left
-    /// out. The shares cannot be computed from the members alone.
+    /// out. The shares cannot be computed from the members alone. Each share is multiplied by the
+    /// number of contacts that the member represents, so a share may exceed 1.
     pub fn tilt_shares(&self) -> Option<&[f64]> {
         (!self.kept.is_empty()).then_some(&self.shares)
     }

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::testing::{Random, contact, moved};
 use super::{Linkage, LinkageSettings};
+use crate::algebra::tolerance::SMOOTH_CONTACTS;
 use crate::detect::Contact;
 
 const SEED: u64 = 0x0C1A_57E2;
@@ -71,7 +72,7 @@ fn cloud(random: &mut Random, n: usize, half: f64) -> Vec<Contact> {
 
 fn run(contacts: &[Contact], settings: &LinkageSettings) -> Linkage {
     let mut linkage = Linkage::new(contacts.len().max(1));
-    linkage.run(contacts, settings, |contact| contact.normal);
+    linkage.run(contacts, settings, |contact| contact.separation, |contact| contact.normal);
     linkage
 }
 
@@ -234,7 +235,7 @@ fn contacts_above_capacity_are_counted_and_deepest_kept() {
     contacts[3].separation = f64::NAN;
     contacts[4].point_a.x = f64::INFINITY;
     let mut linkage = Linkage::new(20);
-    let counters = linkage.run(&contacts, &PAPER, |contact| contact.normal);
+    let counters = linkage.run(&contacts, &PAPER, |contact| contact.separation, |contact| contact.normal);
     let finite = |c: &&Contact| c.separation.is_finite() && c.point_a.is_finite();
     let mut depths: Vec<_> = contacts.iter().filter(finite).map(|c| c.separation).filter(|&s| s < TOLERANCE).collect();
     depths.sort_by(f64::total_cmp);
@@ -242,7 +243,7 @@ fn contacts_above_capacity_are_counted_and_deepest_kept() {
     assert_eq!(counters.dropped as usize, depths.len() - 20);
     let shallowest = linkage.members().iter().map(|&i| contacts[i as usize].separation).fold(-1.0, f64::max);
     assert_eq!(shallowest.to_bits(), depths[19].to_bits());
-    assert_eq!(linkage.run(&[], &PAPER, |contact| contact.normal).admitted, 0);
+    assert_eq!(linkage.run(&[], &PAPER, |contact| contact.separation, |contact| contact.normal).admitted, 0);
     assert!(linkage.is_empty());
 }
 
@@ -261,7 +262,7 @@ fn contacts_inside_a_flat_face_are_left_out() {
         .collect();
     let mut linkage = Linkage::new(contacts.len());
     let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
-    let counters = linkage.run(&contacts, &settings, |contact| contact.normal);
+    let counters = linkage.run(&contacts, &settings, |contact| contact.separation, |contact| contact.normal);
     assert_eq!(counters.dropped, 0);
     let (side, mut bearing) = (at(TILES), 0);
     for (&i, &share) in linkage.members().iter().zip(linkage.tilt_shares().unwrap()) {
@@ -272,23 +273,63 @@ fn contacts_inside_a_flat_face_are_left_out() {
         bearing += usize::from(is_corner);
     }
     assert_eq!(bearing, 4);
-    assert!(linkage.run(&contacts, &PAPER, |contact| contact.normal).admitted > 4);
+    assert!(linkage.run(&contacts, &PAPER, |contact| contact.separation, |contact| contact.normal).admitted > 4);
     assert!(linkage.tilt_shares().is_none());
 }
 
-/// Contacts that represent many others are spread evenly; contacts that are hardly deeper are all
-/// at one side.
-#[test]
-fn contacts_that_represent_most_others_are_kept() {
-    let mut random = Random::new(SEED ^ 10);
-    let mut some = |range: std::ops::Range<u32>, count: f64, separation: f64| -> Vec<Contact> {
-        let one = |k| Contact { count, ..contact((k, k), random.point(0.05), DVec3::Z, separation) };
-        range.map(one).collect()
+/// Returns a contact of its own pair at each of `count` places in a square of 0.1 m. `separation`
+/// returns its separation (m) from its place.
+fn on_a_square(random: &mut Random, count: u32, separation: impl Fn(DVec3) -> f64) -> Vec<Contact> {
+    let mut one = |k| {
+        let place = random.point(0.05).with_z(0.0);
+        contact((k, k), place, DVec3::Z, separation(place))
     };
-    let contacts = [some(0..100, 0.5, -1e-5), some(100..120, 30.0, 1e-5)].concat();
-    let mut linkage = Linkage::new(200);
-    linkage.run(&contacts, &LinkageSettings { radius: 0.0, most: 40, ..PAPER }, |contact| contact.normal);
-    assert_eq!(linkage.members().iter().filter(|&&i| i >= 100).count(), 20, "seed {SEED:#x}");
+    (0..count).map(&mut one).collect()
+}
+
+/// Returns the mean place of the chosen contacts, weighted with their loads and shares.
+fn mean_place(contacts: &[Contact], settings: &LinkageSettings) -> DVec3 {
+    let mut linkage = Linkage::new(contacts.len());
+    linkage.run(contacts, settings, |contact| contact.separation, |contact| contact.normal);
+    let ones = vec![1.0; linkage.members().len()];
+    let shares = linkage.tilt_shares().unwrap_or(&ones);
+    let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+    for (&i, share) in linkage.members().iter().zip(shares) {
+        let one = &contacts[i as usize];
+        let load = share * one.count * (settings.contact_offset - one.separation).max(0.0);
+        (sum, weight) = (sum + load * one.midpoint(), weight + load);
+    }
+    sum / weight
+}
+
+/// If a flat face lands flush, the deepest contacts are all at the side to which it is tilted, even
+/// if the tilt is tiny.
+#[test]
+fn a_tiny_tilt_does_not_move_the_load_to_one_side() {
+    let settings = LinkageSettings { radius: 0.0, most: 256, ..PAPER };
+    let all = LinkageSettings { most: usize::MAX, ..settings };
+    for tilt in [1e-9, -1e-9, 1e-6, -1e-6] {
+        let mut random = Random::new(SEED ^ 11);
+        let contacts = on_a_square(&mut random, 2000, |place| 0.9 * TOLERANCE + tilt * place.x);
+        let error = mean_place(&contacts, &settings).distance(mean_place(&contacts, &all));
+        assert!(error < 6e-3, "seed {SEED:#x}, tilt {tilt:e}: the load acts {error} m beside its place");
+    }
+}
+
+/// While the loads change gradually, the load moves in small steps ([`SMOOTH_CONTACTS`]).
+#[test]
+fn drawn_contacts_come_and_go_gradually() {
+    let settings = LinkageSettings { radius: 0.0, most: SMOOTH_CONTACTS, ..PAPER };
+    let steps = 1000;
+    let place = |k: u32| {
+        let mut random = Random::new(SEED ^ 12);
+        let turn = f64::from(k) / f64::from(steps);
+        let wave = |place: DVec3| (40.0 * place.x + 60.0 * place.y + turn).sin();
+        let contacts = on_a_square(&mut random, 600, |place| TOLERANCE * (0.5 + 0.4 * wave(place)));
+        mean_place(&contacts, &settings)
+    };
+    let largest = (0..steps).map(|k| place(k).distance(place(k + 1))).fold(0.0, f64::max);
+    assert!(largest < 0.1 * 2.0 / SMOOTH_CONTACTS as f64, "seed {SEED:#x}: a step of {largest} m");
 }
 
 #[test]
@@ -303,26 +344,39 @@ fn deepest_and_differently_directed_contacts_are_kept() {
             contact((k, k), random.point(0.05), normal, near + random.between(0.0, 4e-4))
         })
         .collect();
-    let (linkage, counters) = {
+    // The expected separations count.
+    let separations = |contact: &Contact| contact.separation;
+    let others_first = |contact: &Contact| 1e-3 - contact.separation;
+    for expected in [separations as fn(&Contact) -> f64, others_first] {
         let mut linkage = Linkage::new(200);
-        let counters = linkage.run(&contacts, &settings, |contact| contact.normal);
-        (linkage, counters)
-    };
-    assert_eq!((counters.admitted, counters.dropped), (40, 90));
-    for (range, seats) in [(0..100u32, 20), (100..130, 20)] {
-        let mut by_depth: Vec<u32> = range.clone().collect();
-        let separation = |i: &u32| contacts[*i as usize].separation;
-        by_depth.sort_by(|i, j| separation(i).total_cmp(&separation(j)));
-        let mut expected = by_depth[..seats].to_vec();
-        let mut found: Vec<u32> = linkage.members().iter().copied().filter(|i| range.contains(i)).collect();
-        expected.sort_unstable();
-        found.sort_unstable();
-        assert_eq!(found, expected, "seed {SEED:#x}");
+        let counters = linkage.run(&contacts, &settings, expected, |contact| contact.normal);
+        assert_eq!((counters.admitted, counters.dropped), (40, 90));
+        for range in [0..100u32, 100..130] {
+            let mut by_depth: Vec<u32> = range.collect();
+            let separation = |i: &u32| expected(&contacts[*i as usize]);
+            by_depth.sort_by(|i, j| separation(i).total_cmp(&separation(j)));
+            let kept = by_depth[..10].iter().filter(|i| linkage.members().contains(i)).count();
+            assert_eq!(kept, 10, "seed {SEED:#x}");
+        }
     }
-    // If all contacts push in one direction, the deepest contacts are kept.
-    let mut linkage = Linkage::new(200);
-    linkage.run(&contacts[..100], &settings, |contact| contact.normal);
-    let deepest = |i: &u32| contacts[*i as usize].separation;
-    let worst = linkage.members().iter().map(deepest).fold(0.0, f64::max);
-    assert_eq!(contacts[..100].iter().filter(|contact| contact.separation <= worst).count(), 40);
+}
+
+#[test]
+fn drawn_contacts_represent_the_others() {
+    let settings = LinkageSettings { radius: 0.0, most: 256, ..PAPER };
+    let mut worst = 0.0_f64;
+    for round in 0..50 {
+        let mut random = Random::new(SEED ^ (100 + round));
+        let slope = random.vector() * 0.01;
+        let contacts = on_a_square(&mut random, 1500, |place| (0.5 * TOLERANCE + slope.dot(place)).max(-TOLERANCE));
+        let mut linkage = Linkage::new(contacts.len());
+        linkage.run(&contacts, &settings, |contact| contact.separation, |contact| contact.normal);
+        let load = |contact: &Contact| (settings.contact_offset - contact.separation).max(0.0);
+        let shares = linkage.tilt_shares().unwrap();
+        let chosen: f64 =
+            linkage.members().iter().zip(shares).map(|(&i, share)| share * load(&contacts[i as usize])).sum();
+        let all: f64 = contacts.iter().map(load).sum();
+        worst = worst.max((chosen / all - 1.0).abs());
+    }
+    assert!(worst < 0.2, "seed {SEED:#x}: the loads of the chosen contacts are wrong by {worst}");
 }

@@ -34,6 +34,17 @@ pub struct Motion {
     /// Largest force that a contact would have alone at the end of the last step, before load
     /// sharing, N. 0 if that step was not implicit.
     pub pressed: f64,
+    /// Time until the end of the implicit step, s; 0 if no such step follows.
+    pub ahead: f64,
+}
+
+impl Motion {
+    /// Returns the separation (m) that the contact will have at the end of the step if the bodies
+    /// move on with their velocities.
+    fn expected(&self, contact: &Contact) -> f64 {
+        let velocity = self.twist.at(contact.midpoint() - self.centers.a);
+        contact.separation + velocity.dot(contact.normal) * self.ahead
+    }
 }
 
 /// Clusters, their forces and the net wrenches of one tick, in b's frame.
@@ -127,7 +138,7 @@ pub fn force(
     forces: &mut Forces,
 ) {
     forces.clear();
-    forces.linkage = scratch.linkage.run(contacts, &settings.linkage(), direction);
+    forces.linkage = scratch.linkage.run(contacts, &settings.linkage(), |contact| motion.expected(contact), direction);
     forces.members.extend_from_slice(scratch.linkage.members());
     for contact in forces.members.iter().map(|&i| &contacts[i as usize]) {
         forces.places.push(contact.midpoint());

@@ -109,7 +109,7 @@ mod tests {
         let mut linkage = Linkage::new(64);
         for case in 0..100 {
             let contacts = contacts(&mut random);
-            linkage.run(&contacts, &SETTINGS, |contact| contact.normal);
+            linkage.run(&contacts, &SETTINGS, |contact| contact.separation, |contact| contact.normal);
             let what = format!("seed {SEED:#x}, case {case}");
             assert_eq!(linkage.validate(&SETTINGS), Ok(()), "{what}");
             let fault = |change: &dyn Fn(&mut Linkage)| {

@@ -25,7 +25,7 @@ impl World {
         self.find_near(dt);
         self.query(dt, clock);
         let queried = clock.now_ns();
-        self.force();
+        self.force(dt);
         self.show();
         let forced = clock.now_ns();
         self.settle(dt);
@@ -203,12 +203,12 @@ impl World {
     }
 
     /// Computes the forces of all near pairs.
-    fn force(&mut self) {
+    fn force(&mut self, dt: f64) {
         for k in self.near.iter().map(|&k| k as usize) {
             let pair = &mut self.pairs[k];
             let [a, b] = pair.bodies;
             let implicit = self.things[a].part.is_moved || self.things[b].part.is_moved;
-            pair.force(&self.things[a].place(), &self.things[b].place(), implicit);
+            pair.force(&self.things[a].place(), &self.things[b].place(), implicit.then_some(dt));
             if pair.is_touching() {
                 self.counters.touching += 1;
                 self.things[a].part.is_touched = true;
