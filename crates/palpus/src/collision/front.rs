@@ -122,6 +122,8 @@ pub struct Front {
     represented: u32,
     /// No pair with a smaller separation stays represented, model units.
     floor: f64,
+    /// True if represented pairs wait as if all surfaces slid along each other.
+    slides: bool,
     /// True if `awake` still contains pairs that have become represented since the last query.
     is_mixed: bool,
     /// The block of `wakes` at which the search for due pairs starts.
@@ -182,6 +184,7 @@ impl Front {
             rests_from: 0,
             represented: 0,
             floor: f64::INFINITY,
+            slides: false,
             is_mixed: false,
             first_block: 0,
             was_full: false,

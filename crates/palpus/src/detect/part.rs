@@ -153,7 +153,7 @@ impl PartSearch {
     pub(super) fn begin(&mut self, sample: &Sample, rest_share: f64, overlap: f64) {
         self.sample.copy(sample);
         self.rest_share = rest_share;
-        self.front.represent_above(sample.floor(), sample.has_receded());
+        self.front.represent_above(sample.floor(), sample.is_large(), sample.has_receded());
         self.front.set_rest_share(rest_share);
         self.overlap = overlap;
     }
@@ -163,7 +163,7 @@ impl PartSearch {
     pub(super) fn set_sample(&mut self, sample: &Sample, rest_share: f64) {
         self.sample.copy(sample);
         self.rest_share = rest_share;
-        self.front.represent_above(f64::NEG_INFINITY, false);
+        self.front.represent_above(f64::NEG_INFINITY, sample.is_large(), false);
     }
 
     /// Returns the number of pairs within the tolerance.

@@ -17,6 +17,8 @@
 //!    sampled contacts of its direction, it is not measured ([`crate::collision::Represented`]). If
 //!    it presses harder, it is measured. The harder it presses, the more its contacts count, from 0
 //!    to 1. So a burr on a thread is felt, and so is a wall that no other pair touches.
+//!    Contacts and pairs are compared by their engagement. It is relative to the tolerance, which
+//!    follows the motion of the bodies ([`Sample::set_tolerance`]).
 //! 5. *Few contacts*: as soon as only a few pairs touch, all of them are measured, while the share
 //!    still grows. If the sample has only a few contacts, as in an impact of spinning bodies, they
 //!    do not stand for pairs that are nearer than all of them ([`Sample::floor`]).
@@ -47,6 +49,8 @@ pub(super) struct Sample {
     /// True if so many pairs touch that pairs outside the sample are only bounded.
     represents: bool,
     floor: Floor,
+    /// The engagements in `loads` and `others` are relative to this separation, model units.
+    tolerance: f64,
     /// The contacts of the sample, as of the last query.
     loads: Loads,
     /// The contacts of other pairs.
@@ -67,6 +71,7 @@ impl Sample {
             share: Self::ALL,
             represents: false,
             floor: Floor::NONE,
+            tolerance: 0.0,
             loads: Loads::new(),
             others: Loads::new(),
         }
@@ -82,6 +87,7 @@ impl Sample {
     /// Becomes equal to `other`, a sample of the same bodies.
     pub(super) fn copy(&mut self, other: &Self) {
         (self.share, self.represents, self.floor) = (other.share, other.represents, other.floor);
+        self.tolerance = other.tolerance;
         self.loads.copy(&other.loads);
         self.others.copy(&other.others);
     }
@@ -196,8 +202,19 @@ impl Sample {
         }
     }
 
+    /// Begins a query with another tolerance (model units). The tolerance follows the motion of the
+    /// bodies, and engagements are relative to it.
+    pub(super) fn set_tolerance(&mut self, tolerance: f64) {
+        if tolerance != self.tolerance {
+            self.loads.deepen(tolerance - self.tolerance);
+            self.others.deepen(tolerance - self.tolerance);
+            self.tolerance = tolerance;
+        }
+    }
+
     /// Stores the contacts with which other pairs are compared; none if all pairs are measured.
     pub(super) fn keep(&mut self, contacts: &[Contact], tolerance: f64) {
+        self.tolerance = tolerance;
         self.loads.clear();
         self.others.clear();
         if !self.is_partial() {
@@ -394,6 +411,24 @@ mod tests {
         sample.set_touching(SAMPLE_PAIRS, false);
         assert!(sample.is_partial());
         assert_eq!(sample.floor(), f64::INFINITY);
+    }
+
+    #[test]
+    fn sample_stands_for_the_same_separations_at_any_tolerance() {
+        let body = body();
+        let mut sample = Sample::new(&body, &body);
+        sample.set_touching(1e4, true);
+        sample.keep(&[contact(0.5)], 2.0);
+        for tolerance in [2.0, 1.6, 1.1, 3.0] {
+            sample.set_tolerance(tolerance);
+            let least = tolerance - sample.stands_for(DVec3::Z, [1, 1], &Range { tolerance, offset: 1.0 });
+            // The contact presses by 0.5. A pair may press a little harder.
+            assert!((least - (0.5 - SAMPLE_EXCESS * 0.5)).abs() < 1e-12, "{least} at a tolerance of {tolerance}");
+        }
+        // A contact beyond the tolerance stands for nothing.
+        sample.set_tolerance(0.4);
+        let range = Range { tolerance: 0.4, offset: 0.4 };
+        assert!(sample.stands_for(DVec3::Z, [1, 1], &range) < 2.0 * SAMPLE_LEAST * range.offset);
     }
 
     #[test]

@@ -173,6 +173,7 @@ impl Search {
     /// Gives each part the input of the query, its share of the quota, and what it needs from the
     /// last query. A part that did more work in the last query gets more of the quota.
     fn begin(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>) {
+        self.sample.set_tolerance(input.tolerance);
         let (left, count) = (quota.left(), self.costs.len() as u64);
         let total: u64 = self.costs.iter().sum();
         let mut k = 0;

@@ -97,9 +97,10 @@ impl Front {
     }
 
     /// Sets the separation (model units) below which no pair stays represented; infinite to measure
-    /// all pairs. Minus infinity also lets pairs wait as if all surfaces slid along each other. If
-    /// `now` is true, the next query tests all represented pairs.
-    pub(crate) fn represent_above(&mut self, floor: f64, now: bool) {
+    /// all pairs. If `slides` is true, pairs wait as if all surfaces slid along each other. If `now`
+    /// is true, the next query tests all represented pairs.
+    pub(crate) fn represent_above(&mut self, floor: f64, slides: bool, now: bool) {
+        self.slides = slides;
         let before = std::mem::replace(&mut self.floor, floor);
         let is_over = floor == f64::INFINITY && before < f64::INFINITY;
         if self.represented > 0 && (now || is_over) {
@@ -116,7 +117,7 @@ impl Front {
     fn wait(&mut self, place: u32, separation: f64) {
         let Rest { length, least, .. } = self.rests[place as usize];
         let (length, margin) = (f64::from(length), separation - f64::from(least).max(self.floor));
-        let approach = if self.floor == f64::NEG_INFINITY { 0.0 } else { REPRESENTED_APPROACH * self.approach(place) };
+        let approach = if self.slides { 0.0 } else { REPRESENTED_APPROACH * self.approach(place) };
         let slope = approach.max(REPRESENTED_SLOPE);
         let shortest = REPRESENTED_LEAST * length * (REPRESENTED_SLOPE / slope);
         let until = (margin / slope).clamp(shortest, length);
@@ -150,12 +151,12 @@ mod tests {
 
     /// Lowers one piece onto another, 0.01 in each query, while the pair is represented down to the
     /// separation `least`. Returns the separation at which it is measured again.
-    fn measured_at(floor: f64, least: f64) -> f64 {
+    fn measured_at(floor: f64, slides: bool, least: f64) -> f64 {
         let pieces = [cuboid(DVec3::new(2.0, 2.0, 1.0))];
         let hierarchy = Hierarchy::build(&pieces, 1e-9).unwrap();
         let side = Side { hierarchy: &hierarchy, pieces: &pieces };
         let (mut front, mut found) = (Front::new(side, side, 100), LeafPairs::new(10));
-        front.represent_above(floor, false);
+        front.represent_above(floor, slides, false);
         for query in 0..300 {
             let separation = 1.0 - 0.01 * f64::from(query);
             let pose_ba = Pose::from_translation(DVec3::Z * (2.0 + separation)).placement();
@@ -173,16 +174,16 @@ mod tests {
 
     #[test]
     fn pair_that_approaches_is_measured_at_its_limit() {
-        let nearest = measured_at(-10.0, 0.5);
+        let nearest = measured_at(f64::NEG_INFINITY, false, 0.5);
         assert!(nearest > 0.47 && nearest < 0.5, "{nearest}");
         // If many contacts account for it, the pair counts as sliding.
-        assert!(measured_at(f64::NEG_INFINITY, 0.5) < 0.2);
+        assert!(measured_at(f64::NEG_INFINITY, true, 0.5) < 0.2);
     }
 
     #[test]
     fn no_pair_stays_represented_below_the_floor() {
-        let nearest = measured_at(0.3, -10.0);
+        let nearest = measured_at(0.3, false, -10.0);
         assert!(nearest > 0.27 && nearest < 0.3, "{nearest}");
-        assert!(measured_at(f64::INFINITY, -10.0) > 0.93);
+        assert!(measured_at(f64::INFINITY, false, -10.0) > 0.93);
     }
 }

@@ -59,6 +59,14 @@ impl Loads {
         }
     }
 
+    /// Adds `more` (model units) to all engagements. Those that would be negative are 0.
+    pub(super) fn deepen(&mut self, more: f64) {
+        for k in 0..self.count {
+            let engagement = &mut self.fours[k / LANES].engagements[k % LANES];
+            *engagement = (*engagement + more).max(0.0);
+        }
+    }
+
     /// Returns the largest engagement along `normal` of the contacts that `counts` accepts, with
     /// the kernel of [`crate::force::LoadSharing`].
     #[inline]
