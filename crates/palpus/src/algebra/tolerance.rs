@@ -1578,6 +1578,13 @@ pub const RELAX_LEAST: f64 = 0.02;
 /// larger value, fewer rounds are left after the first search.
 pub const SEARCH_FROM: u32 = 4;
 
+/// Largest number of rounds of a step in which a search was needed. It replaces
+/// [`COUPLING_ROUNDS`].
+///
+/// Bodies with contacts on all sides, such as one that spins inside another, need up to 20 rounds.
+/// If they do not settle, they gain energy. More rounds only cost time.
+pub const SEARCH_ROUNDS: u32 = 24;
+
 /// Largest number of guesses on a line that a search tries.
 ///
 /// Three or four are usual. More only cost time.

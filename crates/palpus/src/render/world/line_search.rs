@@ -10,8 +10,9 @@
 //! contacts. Along the line from guess to solution, its slope is the product of the unbalanced
 //! impulse and the direction of the line. If this slope is positive at the solution, the energy has
 //! its lowest point before the solution. This point, found by false position, is the next guess. So
-//! the energy falls in each round. With friction there is no energy, but the slope is defined in
-//! the same way.
+//! the energy falls in each round, and a step that needs a search may take more rounds than others
+//! ([`SEARCH_ROUNDS`](crate::algebra::tolerance::SEARCH_ROUNDS)). With friction there is no energy,
+//! but the slope is defined in the same way.
 
 use std::ops::Range;
 

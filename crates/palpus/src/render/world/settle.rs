@@ -9,7 +9,7 @@ use super::object::{Role, WorldBody};
 use super::pair::{Pair, relative_twist};
 use super::relax::Relaxation;
 use super::{NONE, World};
-use crate::algebra::tolerance::{COUPLING_ROUNDS, SEARCH_FROM};
+use crate::algebra::tolerance::{COUPLING_ROUNDS, SEARCH_FROM, SEARCH_ROUNDS};
 use crate::algebra::{SpatialMatrix, Twist, Wrench};
 use crate::render::ToolCounters;
 
@@ -88,7 +88,9 @@ impl World {
         // contacts would need many rounds.
         self.predict(group, h, |pair| pair.settings().friction.is_some());
         let mut relaxation = Relaxation::begin(self, of.clone());
-        for round in 1..=COUPLING_ROUNDS {
+        let (mut round, mut rounds) = (0, COUPLING_ROUNDS);
+        while round < rounds {
+            round += 1;
             if !self.solve_once(of.clone(), group, h) {
                 return false;
             }
@@ -96,10 +98,15 @@ impl World {
             if !self.predict(group, h, |_| true) {
                 return true;
             }
-            if (SEARCH_FROM..COUPLING_ROUNDS).contains(&round) && self.search(of.clone(), group, h) {
+            if round >= SEARCH_FROM && self.search(of.clone(), group, h) {
+                rounds = SEARCH_ROUNDS;
+                if round == rounds {
+                    // No system has this solution. Its impulses are the predicted ones.
+                    self.predict(group, h, |_| true);
+                }
                 continue;
             }
-            if round < COUPLING_ROUNDS && relaxation.step(self, of.clone(), round) {
+            if round < rounds && relaxation.step(self, of.clone(), round) {
                 self.predict(group, h, |_| true);
             }
         }
