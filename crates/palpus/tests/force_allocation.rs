@@ -48,7 +48,7 @@ fn the_force_stage_does_not_allocate() {
         centers: Centers { a: DVec3::X, b: DVec3::ZERO },
         twist: Twist::default(),
         pressed: 0.0,
-        ahead: 0.0,
+        step: 0.0,
     };
     // Ticks with no contacts, a few contacts, as many contacts as fit, and far too many. Some
     // clusters are cut, and contacts appear and disappear.

@@ -1582,7 +1582,7 @@ pub const SEARCH_FROM: u32 = 4;
 /// [`COUPLING_ROUNDS`].
 ///
 /// Bodies with contacts on all sides, such as one that spins inside another, need up to 20 rounds.
-/// If they do not settle, they gain energy. More rounds only cost time.
+/// If they do not settle, they may gain energy. More rounds only cost time.
 pub const SEARCH_ROUNDS: u32 = 24;
 
 /// Largest number of guesses on a line that a search tries.

@@ -9,8 +9,8 @@
 //!    - along the normal of a face that ends at a valley ([`Valley`]). The closest points are at
 //!      the valley, and the contact is between the face's plane and a vertex of the other piece.
 //! 3. If the settings request patches, and the bodies may turn before the next query
-//!    ([`QuerySettings::turn`](super::QuerySettings)), the direction of the closest points need only
-//!    be a normal after such a turn.
+//!    ([`QuerySettings::turn`](super::QuerySettings)), the direction of the closest points need
+//!    only be a normal after such a turn.
 
 use glam::DVec3;
 

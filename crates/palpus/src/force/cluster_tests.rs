@@ -318,7 +318,7 @@ fn a_tiny_tilt_does_not_move_the_load_to_one_side() {
 
 /// While the loads change gradually, the load moves in small steps ([`SMOOTH_CONTACTS`]).
 #[test]
-fn drawn_contacts_come_and_go_gradually() {
+fn the_load_moves_in_small_steps() {
     let settings = LinkageSettings { radius: 0.0, most: SMOOTH_CONTACTS, ..PAPER };
     let steps = 1000;
     let place = |k: u32| {

@@ -34,8 +34,8 @@ pub struct Motion {
     /// Largest force that a contact would have alone at the end of the last step, before load
     /// sharing, N. 0 if that step was not implicit.
     pub pressed: f64,
-    /// Time until the end of the implicit step, s; 0 if no such step follows.
-    pub ahead: f64,
+    /// Duration of the implicit step that follows, s; 0 if no such step follows.
+    pub step: f64,
 }
 
 impl Motion {
@@ -43,7 +43,7 @@ impl Motion {
     /// move on with their velocities.
     fn expected(&self, contact: &Contact) -> f64 {
         let velocity = self.twist.at(contact.midpoint() - self.centers.a);
-        contact.separation + velocity.dot(contact.normal) * self.ahead
+        contact.separation + velocity.dot(contact.normal) * self.step
     }
 }
 

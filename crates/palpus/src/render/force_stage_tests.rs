@@ -49,7 +49,7 @@ fn motion(random: &mut Random) -> Motion {
         centers: Centers { a: random.point(0.05), b: random.point(0.05) },
         twist: Twist { angular: random.point(3.0), linear: random.point(0.2) },
         pressed: 0.0,
-        ahead: 0.0,
+        step: 0.0,
     }
 }
 
@@ -103,7 +103,7 @@ fn moving_the_whole_scene_moves_the_wrench() {
             centers: Centers { a: pose.point(m.centers.a), b: pose.point(m.centers.b) },
             twist: Twist { angular: pose.vector(m.twist.angular), linear: pose.vector(m.twist.linear) },
             pressed: m.pressed,
-            ahead: m.ahead,
+            step: m.step,
         });
         let moved = two_ticks(&shift(&first), &shift(&second), &turned, &settings);
         for (here, there) in [(answer.net.on_a, moved.net.on_a), (answer.net.on_b, moved.net.on_b)] {
@@ -145,7 +145,7 @@ fn more_contacts_are_not_stiffer() {
         centers: Centers { a: DVec3::Z, b: DVec3::ZERO },
         twist: Twist::default(),
         pressed: 0.0,
-        ahead: 0.0,
+        step: 0.0,
     };
     let forces = two_ticks(&patch, &patch, &[still; 2], &linkage());
     assert_eq!(forces.clusters.len(), 1);
@@ -174,7 +174,7 @@ fn a_slot_narrower_than_delta_grips_the_probe_from_both_sides() {
         centers: Centers { a: DVec3::ZERO, b: DVec3::ZERO },
         twist: Twist::default(),
         pressed: 0.0,
-        ahead: 0.0,
+        step: 0.0,
     };
     let settings = Settings { friction: None, ..linkage() };
     let at = |shift: f64| two_ticks(&slot(shift), &slot(shift), &[still; 2], &settings);

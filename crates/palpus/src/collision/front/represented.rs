@@ -97,8 +97,8 @@ impl Front {
     }
 
     /// Sets the separation (model units) below which no pair stays represented; infinite to measure
-    /// all pairs. If `slides` is true, pairs wait as if all surfaces slid along each other. If `now`
-    /// is true, the next query tests all represented pairs.
+    /// all pairs. If `slides` is true, pairs wait as if all surfaces slid along each other. If
+    /// `now` is true, the next query tests all represented pairs.
     pub(crate) fn represent_above(&mut self, floor: f64, slides: bool, now: bool) {
         self.slides = slides;
         let before = std::mem::replace(&mut self.floor, floor);

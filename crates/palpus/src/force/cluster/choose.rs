@@ -61,8 +61,7 @@ impl Candidate {
     fn represents(&self, limit: f64) -> f64 {
         let chance = self.size / limit;
         let fade = ((self.priority / limit - 1.0) / DRAW_FADE).clamp(0.0, 1.0);
-        // Up to the number `full`, a random number gives the full count. Up to `last`, it gives a
-        // faded count.
+        // Random numbers u up to `full` give the full count, and those up to `last` a faded count.
         let full = chance / (1.0 + DRAW_FADE);
         if full >= 1.0 {
             return 1.0;
@@ -142,7 +141,7 @@ impl Linkage {
         let (drawn, unseen) = (&others[..drawn], &others[seen..]);
         let limit = unseen.iter().map(|one| one.priority).fold(0.0, f64::max);
         // While only a few contacts are left out, the drawn ones hardly represent them.
-        let limit = limit * (4.0 * unseen.len() as f64 / settings.most as f64).min(1.0);
+        let limit = limit * (unseen.len() as f64 / quarter as f64).min(1.0);
         if limit > 0.0 {
             let first = kept.len() - drawn.len();
             kept[first..].iter_mut().zip(drawn).for_each(|(kept, one)| kept.1 *= one.represents(limit));
@@ -197,4 +196,29 @@ fn deeper(first: &Candidate, second: &Candidate) -> Ordering {
 /// Orders candidates by their priorities, the largest first.
 fn by_priority(first: &Candidate, second: &Candidate) -> Ordering {
     second.priority.total_cmp(&first.priority).then_with(|| deeper(first, second))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drawn_contacts_fade_in_and_count_as_one_in_the_mean() {
+        const LIMIT: f64 = 2.0;
+        let drawn = |size: f64, priority: f64| Candidate { separation: 0.0, rank: 0, size, priority };
+        for size in [0.01, 0.5, 1.9, 2.0, 2.1, 2.9, 3.1, 50.0] {
+            let number = |u: f64| {
+                let one = drawn(size, size / u);
+                if one.priority > LIMIT { one.represents(LIMIT) } else { 0.0 }
+            };
+            let steps = 1_000_000;
+            let mean =
+                (0..steps).map(|k| number((f64::from(k) + 0.5) / f64::from(steps))).sum::<f64>() / f64::from(steps);
+            assert!((mean - 1.0).abs() < 1e-3, "size {size}: the mean is {mean}");
+            if size < LIMIT {
+                // The contact counts nothing where it is drawn.
+                assert!(drawn(size, LIMIT * (1.0 + 1e-9)).represents(LIMIT) < 1e-5, "size {size}");
+            }
+        }
+    }
 }

@@ -179,8 +179,8 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// Computes the wrenches of the found contacts on both bodies. If an implicit
-    /// step moves one of the bodies under these contacts, `implicit` is its duration, s.
+    /// Computes the wrenches of the found contacts on both bodies. If an implicit step moves one of
+    /// the bodies under these contacts, `implicit` is its duration, s.
     pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, implicit: Option<f64>) {
         if self.contacts.is_empty() {
             self.scratch.clear();
@@ -198,7 +198,7 @@ impl Pair {
             twist = Twist { angular: inverse.vector(twist.angular), linear: inverse.vector(twist.linear) };
         }
         let pressed = if implicit.is_some() { self.rows.pressed(self.settings.stiffness) } else { 0.0 };
-        let motion = Motion { pose_ba, centers, twist, pressed, ahead: implicit.unwrap_or(0.0) };
+        let motion = Motion { pose_ba, centers, twist, pressed, step: implicit.unwrap_or(0.0) };
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
             Some((surfaces, ShadingSettings { most_turn, .. })) => {
