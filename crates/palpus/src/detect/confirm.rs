@@ -36,7 +36,9 @@
 //! *replacement contact*, from a witness point inside the other solid to the nearest surface. The
 //! witness point belongs to the first available contact of this list: the shallowest rejected
 //! depth; the deepest contact of the last overlap ([`LastOverlap`]), if its witness point is still
-//! inside; the least depth of two pieces without a shared normal.
+//! inside; the least depth of two pieces without a shared normal. If a rejected depth has no
+//! witness point inside the other solid, the contact keeps its normal, and its depth grows hardly
+//! faster than the bodies move. So a tool that is pushed through a thin wall is still held.
 //!
 //! Deviation: \[K02\] moves a depth to original features without such a check.
 
@@ -207,6 +209,12 @@ pub(super) fn replacement(input: &QueryInput<'_>, contact: &Contact) -> Option<C
     Some(Contact { point_a, point_b, normal: out / depth, separation: -depth, ..*contact })
 }
 
+/// Returns `contact` with at most this depth (model units). Its point on b stays.
+pub(super) fn no_deeper(contact: &Contact, depth: f64) -> Contact {
+    let separation = contact.separation.max(-depth);
+    Contact { point_a: contact.point_b + separation * contact.normal, separation, ..*contact }
+}
+
 /// Returns the vector from a point inside a closed body to the nearest surface.
 fn to_surface(body: &Body, point: DVec3) -> Option<DVec3> {
     if !body.mesh().is_closed() || !body.tree().inside(point) {
@@ -248,5 +256,76 @@ impl LastOverlap {
     /// witness points is inside the other body now.
     pub(super) fn still(&self, input: &QueryInput<'_>) -> Option<Contact> {
         replacement(input, &self.contact?.extrapolate(&input.place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DQuat;
+
+    use super::*;
+    use crate::algebra::{NoClock, Pose, Random};
+    use crate::body::{BodySettings, Mesh, PolygonSoup};
+    use crate::detect::{ContactQuery, QuerySettings};
+
+    const SEED: u64 = 1;
+
+    /// Returns a ring around z with `sides` sides: a nut without a thread.
+    fn ring(sides: usize, [inner, outer]: [f64; 2], half_height: f64) -> Arc<Body> {
+        let mut soup = PolygonSoup::new();
+        for k in 0..sides {
+            let angle = std::f64::consts::TAU * k as f64 / sides as f64;
+            let out = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            let up = DVec3::Z * half_height;
+            soup.vertices.extend([inner * out - up, outer * out - up, outer * out + up, inner * out + up]);
+        }
+        for k in 0..sides {
+            let [from, to] = [k, (k + 1) % sides].map(|k| 4 * k as u32);
+            for side in 0..4 {
+                let next = (side + 1) % 4;
+                soup.push_face(&[from + side, to + side, to + next, from + next]);
+            }
+        }
+        let (mesh, _) = Mesh::from_soup(&soup).unwrap();
+        assert!(mesh.is_closed());
+        Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
+    }
+
+    /// True if a point on a feature of the contact is inside the other body.
+    fn has_point_inside(input: &QueryInput<'_>, contact: &Contact) -> bool {
+        let [point_a, point_b] = on_features(input, contact);
+        input.b.tree().inside(point_a) || input.a.tree().inside(input.place.inverse_point(point_b))
+    }
+
+    #[test]
+    fn depth_without_a_point_inside_grows_with_the_motion() {
+        let settings = QuerySettings { tolerance: 1e-3, capacity: 256, ..QuerySettings::default() };
+        let (a, b) = (ring(7, [0.5, 1.0], 0.2), ring(9, [1.2, 2.0], 0.5));
+        let mut random = Random::new(SEED);
+        let (step, reach) = (4e-3, 3.2);
+        let motion = 3_f64.sqrt() * step * (1.0 + reach);
+        let mut outside = 0;
+        for _ in 0..8000 {
+            let mut pose = Pose::new(DQuat::from_scaled_axis(3.0 * random.vector()), 1.2 * random.vector());
+            let way = Pose::new(DQuat::from_scaled_axis(step * random.vector()), step * random.vector());
+            let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
+            let mut last = f64::INFINITY;
+            for _ in 0..6 {
+                query.run(&pose, &NoClock);
+                let input = QueryInput::new(&a, &b, &pose, &settings);
+                for contact in query.found().iter().filter(|contact| contact.separation < 0.0) {
+                    if !has_point_inside(&input, contact) {
+                        let most = (last + motion) / CONFIRMED_SHARE + settings.tolerance;
+                        assert!(-contact.separation <= most, "seed {SEED}: {contact:?} at {pose:?}");
+                        outside += u32::from(last < f64::INFINITY);
+                    }
+                }
+                last = query.found().iter().map(|contact| -contact.separation).fold(0.0, f64::max);
+                pose = way * pose;
+            }
+        }
+        assert!(outside > 0);
     }
 }

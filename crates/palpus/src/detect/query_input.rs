@@ -35,6 +35,11 @@ impl<'q> QueryInput<'q> {
         Range { tolerance: self.tolerance, offset: self.offset }
     }
 
+    /// True if a body is open, so that it has no inside.
+    pub(super) fn is_open(&self) -> bool {
+        !(self.a.mesh().is_closed() && self.b.mesh().is_closed())
+    }
+
     /// Returns the pieces of a and of b at these indices.
     pub(super) fn pieces(&self, piece_a: u32, piece_b: u32) -> (&'q Polytope, &'q Polytope) {
         (&self.a.polytopes()[piece_a as usize], &self.b.polytopes()[piece_b as usize])

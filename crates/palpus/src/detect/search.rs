@@ -40,7 +40,7 @@ mod divide;
 use std::sync::Arc;
 
 use self::divide::divide;
-use super::confirm::{LastOverlap, replacement};
+use super::confirm::{LastOverlap, no_deeper, replacement};
 use super::exact::{Placed, on_meshes};
 use super::guard::Guard;
 use super::part::{Part, PartSearch, RejectedContacts, Task};
@@ -65,6 +65,8 @@ pub(super) struct Search {
     last_overlap: LastOverlap,
     /// The motion bound's sum in the last query. `None` if that query did not see all pairs.
     seen_at: Option<u64>,
+    /// Upper bound of depths that grow with the motion, model units; see `deepest_after_motion`.
+    deepest_possible: f64,
     pub(super) guard: Option<Guard>,
     /// True if the parts have memory for contacts of earlier queries.
     holding: bool,
@@ -109,6 +111,7 @@ impl Search {
             last_pose: None,
             last_overlap: LastOverlap::default(),
             seen_at: None,
+            deepest_possible: f64::INFINITY,
             guard: settings.guard.then(|| Guard::new(capacity)),
             holding: settings.holding,
             sample,
@@ -234,7 +237,9 @@ impl Search {
         if restarted {
             (self.touching, self.within, self.pressing) = (0, 0, false);
         }
-        let deepest = self.deepest_possible(input, restarted);
+        self.deepest_possible = self.deepest_after_motion(input, restarted);
+        // The points that confirm the depth in a closed body lie inside it, so they obey the bound.
+        let deepest = if input.is_open() { self.deepest_possible } else { f64::INFINITY };
         self.parts.each(|part| part.search.deepest = deepest);
         let new = within.saturating_sub(self.within);
         let most = self.touching + new;
@@ -251,13 +256,9 @@ impl Search {
 
     /// Returns an upper bound of the depths of this query, model units: the depth of the last query
     /// and the motion since then. Infinite if the last query did not see everything.
-    ///
-    /// Only open bodies need the bound. The points that confirm the depth in a closed body lie
-    /// inside it, so they obey the bound.
-    fn deepest_possible(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
-        let closed = [input.a, input.b].iter().all(|body| body.mesh().is_closed());
+    fn deepest_after_motion(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
         match self.seen_at {
-            Some(sum) if !closed && !restarted => {
+            Some(sum) if !restarted => {
                 let motion = self.parts.with_first(|part| part.search.front.motion_since(sum));
                 (self.last_overlap.depth() + motion) / CONFIRMED_SHARE + input.range().offset
             }
@@ -336,7 +337,9 @@ impl Search {
         if self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             return;
         }
-        let contradicted = rejected.contradicted.map(|contact| replacement(input, &contact).unwrap_or(contact));
+        let contradicted = rejected
+            .contradicted
+            .map(|contact| replacement(input, &contact).unwrap_or_else(|| no_deeper(&contact, self.deepest_possible)));
         let still = || self.last_overlap.still(input).filter(|_| counters.traversal.postponed == 0);
         let replaced = contradicted.or_else(still).or_else(|| replacement(input, &rejected.unshared?));
         // The query never exceeds the memory of its construction. If this memory is full of
