@@ -813,11 +813,30 @@ pub const REPRESENTED_SLOPE: f64 = 0.04;
 /// a smaller one, a pair may be deeper than its bound for some ticks if the bodies speed up.
 pub const REPRESENTED_APPROACH: f64 = 1.5;
 
+/// In a large sample, surfaces count as sliding along each other, except where the nearest bound of
+/// a represented pair changes by more than this share of the motion.
+///
+/// Pairs of surfaces that slide change by up to 0.1. With a smaller value, pairs are tested more
+/// often. With a larger one, a contact may begin some ticks late where bodies hit each other.
+pub const REPRESENTED_IMPACT: f64 = 0.3;
+
+/// A pair that is apart and has no contact is represented down to this share of its distance.
+///
+/// A contact may begin there, but it presses only if the pieces are near. With a smaller value, it
+/// may begin late. A larger one measures more pairs.
+pub const REPRESENTED_NEARER: f64 = 0.5;
+
 /// Smallest motion after which a represented pair is tested again, as a share of the motion of
 /// [`SAMPLE_TRAVEL`].
 ///
 /// With a smaller value, each query tests the pairs whose gap is near its bound.
 pub const REPRESENTED_LEAST: f64 = 0.05;
+
+/// Smallest motion after which a represented pair is tested again, as a share of the tolerance.
+///
+/// The tolerance is at least about the motion of a query. A smaller value costs time where bodies
+/// slide slowly. With a larger one, a pair may be deeper than its bound for a query.
+pub const REPRESENTED_PAUSE: f64 = 0.25;
 
 /// Relative to the clearance of [`MERGE_CLEARANCE`]: the motion after which a refused merge is
 /// tried again.

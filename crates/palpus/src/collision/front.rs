@@ -122,7 +122,8 @@ pub struct Front {
     represented: u32,
     /// No pair with a smaller separation stays represented, model units.
     floor: f64,
-    /// True if represented pairs wait as if all surfaces slid along each other.
+    /// True if represented pairs that do not approach fast wait as if all surfaces slid along each
+    /// other.
     slides: bool,
     /// True if `awake` still contains pairs that have become represented since the last query.
     is_mixed: bool,

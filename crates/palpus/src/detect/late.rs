@@ -7,7 +7,10 @@ use super::QueryCounters;
 use super::found::Found;
 use super::part::PartSearch;
 use super::query_input::QueryInput;
-use crate::algebra::tolerance::{REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL};
+use crate::algebra::tolerance::{
+    REPRESENTED_NEARER, REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL,
+};
+use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair, Proximity, Represented, support_gap};
 use crate::depth::admissible_bound;
 
@@ -113,8 +116,7 @@ impl PartSearch {
     pub(super) fn representation(&mut self, input: &QueryInput<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
         let (normal, hub, separation) = match leaf.proximity {
             Proximity::Disjoint(Closest { normal, features, distance, .. }) => {
-                let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
-                (normal, [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)], distance)
+                (normal, supports(input, leaf, features), distance)
             }
             Proximity::Overlapping(_) if self.front.is_inadmissible(leaf) => {
                 return Some((self.unbounded(input, leaf), 0.0));
@@ -136,9 +138,9 @@ impl PartSearch {
     }
 
     /// Marks a measured pair outside the sample as represented if its contact (from index `known`
-    /// on) presses no harder than the sample, or if it has no contact. In a small sample, a pair
-    /// that is apart without a contact is measured in each query. Returns true if the pair is
-    /// represented now.
+    /// on) presses no harder than the sample, or if it has no contact. A pair that is apart without
+    /// a contact is measured again when it is nearer; in a small sample, it is measured in each
+    /// query. Returns true if the pair is represented now.
     pub(super) fn represent_measured(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, known: usize) -> bool {
         let mut bound = self.unbounded(input, leaf);
         let mut separation = 0.0;
@@ -148,13 +150,17 @@ impl PartSearch {
             if contact.separation < least {
                 return false;
             }
-            let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
-            let hub = [contact.features.a.some_vertex(piece_a), contact.features.b.some_vertex(piece_b)];
             separation = contact.separation;
+            let hub = supports(input, leaf, contact.features);
             bound = Represented { normal: contact.normal, hub, least, ..bound };
-        } else if !self.sample.is_large() && matches!(leaf.proximity, Proximity::Disjoint(_)) {
-            // A contact may begin at any time.
-            return false;
+        } else if let Proximity::Disjoint(Closest { normal, features, distance, .. }) = leaf.proximity {
+            // A contact may begin at any time, but it presses only if the pieces are near.
+            if !self.sample.is_large() {
+                return false;
+            }
+            separation = distance;
+            let (hub, least) = (supports(input, leaf, features), REPRESENTED_NEARER * distance);
+            bound = Represented { normal, hub, least, ..bound };
         }
         self.contacts.truncate(known);
         self.front.represent(&input.placed(), leaf, &bound, separation);
@@ -191,4 +197,10 @@ impl PartSearch {
 
 fn least_separation(separations: impl Iterator<Item = f64>) -> f64 {
     separations.fold(f64::INFINITY, f64::min)
+}
+
+/// Returns a vertex of each feature. Both support the pieces along the normal of the features.
+fn supports(input: &QueryInput<'_>, leaf: &LeafPair, features: FeaturePair) -> [u32; 2] {
+    let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
+    [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)]
 }

@@ -9,13 +9,16 @@
 //!
 //! If only a few contacts account for the pairs ([`Front::represent_above`]), another pair may
 //! press harder at any time. Then no pair stays represented that is nearer than the deepest of
-//! these contacts, and a pair that approaches is due sooner.
+//! these contacts, and a pair that approaches is due sooner. If many contacts account for them,
+//! only pairs that approach fast, as in an impact, are due sooner.
 
 use glam::DVec3;
 
 use super::super::TraversalCounters;
 use super::{Front, Pair, PlacedPair, State};
-use crate::algebra::tolerance::{REPRESENTED_APPROACH, REPRESENTED_LEAST, REPRESENTED_SLOPE, REST_SPREAD};
+use crate::algebra::tolerance::{
+    REPRESENTED_APPROACH, REPRESENTED_IMPACT, REPRESENTED_LEAST, REPRESENTED_PAUSE, REPRESENTED_SLOPE, REST_SPREAD,
+};
 use crate::collision::front::rest::{GOLDEN, Rest};
 use crate::collision::{LeafPair, support_gap};
 
@@ -97,8 +100,8 @@ impl Front {
     }
 
     /// Sets the separation (model units) below which no pair stays represented; infinite to measure
-    /// all pairs. If `slides` is true, pairs wait as if all surfaces slid along each other. If
-    /// `now` is true, the next query tests all represented pairs.
+    /// all pairs. If `slides` is true, pairs that do not approach fast wait as if all surfaces slid
+    /// along each other. If `now` is true, the next query tests all represented pairs.
     pub(crate) fn represent_above(&mut self, floor: f64, slides: bool, now: bool) {
         self.slides = slides;
         let before = std::mem::replace(&mut self.floor, floor);
@@ -117,9 +120,15 @@ impl Front {
     fn wait(&mut self, place: u32, separation: f64) {
         let Rest { length, least, .. } = self.rests[place as usize];
         let (length, margin) = (f64::from(length), separation - f64::from(least).max(self.floor));
-        let approach = if self.slides { 0.0 } else { REPRESENTED_APPROACH * self.approach(place) };
-        let slope = approach.max(REPRESENTED_SLOPE);
+        let slope = match self.approach(place) {
+            approach if !self.slides => REPRESENTED_APPROACH * approach,
+            // The other contacts keep the bodies from speeding up.
+            approach if approach >= REPRESENTED_IMPACT => approach,
+            _ => 0.0,
+        };
+        let slope = slope.max(REPRESENTED_SLOPE);
         let shortest = REPRESENTED_LEAST * length * (REPRESENTED_SLOPE / slope);
+        let shortest = shortest.max(REPRESENTED_PAUSE * self.tolerance).min(length);
         let until = (margin / slope).clamp(shortest, length);
         self.wakes.set(place, self.motion_bound.due(until));
     }
@@ -149,24 +158,30 @@ mod tests {
     use crate::algebra::Pose;
     use crate::body::Hierarchy;
 
-    /// Lowers one piece onto another, 0.01 in each query, while the pair is represented down to the
-    /// separation `least`. Returns the separation at which it is measured again.
-    fn measured_at(floor: f64, slides: bool, least: f64) -> f64 {
-        let pieces = [cuboid(DVec3::new(2.0, 2.0, 1.0))];
+    const TOLERANCE: f64 = 1.1;
+    /// The longest pause, and the motion of a query.
+    const LATE: f64 = REPRESENTED_PAUSE * TOLERANCE + 0.01;
+
+    /// Moves one piece to another, 0.01 nearer in each query and `aside`, while the pair is
+    /// represented down to the separation `least`. Returns the separation at which it is measured
+    /// again.
+    fn measured_at(floor: f64, slides: bool, least: f64, aside: f64) -> f64 {
+        let pieces = [cuboid(DVec3::new(2.0, 20.0, 1.0))];
         let hierarchy = Hierarchy::build(&pieces, 1e-9).unwrap();
         let side = Side { hierarchy: &hierarchy, pieces: &pieces };
         let (mut front, mut found) = (Front::new(side, side, 100), LeafPairs::new(10));
         front.represent_above(floor, slides, false);
         for query in 0..300 {
             let separation = 1.0 - 0.01 * f64::from(query);
-            let pose_ba = Pose::from_translation(DVec3::Z * (2.0 + separation)).placement();
-            let query = PlacedPair::new(side, side, &pose_ba, 2.0);
+            let at = DVec3::new(0.0, aside * f64::from(query), 2.0 + separation);
+            let pose_ba = Pose::from_translation(at).placement();
+            let query = PlacedPair::new(side, side, &pose_ba, TOLERANCE);
             front.within(&query, &mut found);
             let Some(leaf) = found.as_slice().first() else { continue };
             if separation < 0.95 {
                 return separation;
             }
-            let bound = Represented { normal: DVec3::Z, hub: [0, 7], least, length: 2.0 };
+            let bound = Represented { normal: DVec3::Z, hub: [0, 7], least, length: 20.0 };
             front.represent(&query, leaf, &bound, separation);
         }
         panic!("the pair is never measured");
@@ -174,16 +189,19 @@ mod tests {
 
     #[test]
     fn pair_that_approaches_is_measured_at_its_limit() {
-        let nearest = measured_at(f64::NEG_INFINITY, false, 0.5);
-        assert!(nearest > 0.47 && nearest < 0.5, "{nearest}");
-        // If many contacts account for it, the pair counts as sliding.
-        assert!(measured_at(f64::NEG_INFINITY, true, 0.5) < 0.2);
+        for (slides, aside) in [(false, 0.0), (false, 0.06), (true, 0.0)] {
+            let nearest = measured_at(f64::NEG_INFINITY, slides, 0.5, aside);
+            assert!(nearest > 0.5 - LATE && nearest < 0.5, "{nearest}");
+        }
+        // If many contacts account for it, a pair that slides waits for longer.
+        let nearest = measured_at(f64::NEG_INFINITY, true, 0.5, 0.06);
+        assert!(nearest < 0.0, "{nearest}");
     }
 
     #[test]
     fn no_pair_stays_represented_below_the_floor() {
-        let nearest = measured_at(0.3, false, -10.0);
-        assert!(nearest > 0.27 && nearest < 0.3, "{nearest}");
-        assert!(measured_at(f64::INFINITY, false, -10.0) > 0.93);
+        let nearest = measured_at(0.3, false, -10.0, 0.0);
+        assert!(nearest > 0.3 - LATE && nearest < 0.3, "{nearest}");
+        assert!(measured_at(f64::INFINITY, false, -10.0, 0.0) > 0.95 - LATE);
     }
 }
