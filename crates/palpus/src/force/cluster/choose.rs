@@ -30,6 +30,7 @@ use glam::DVec3;
 
 use super::super::tilt::Tilted;
 use super::{Linkage, LinkageSettings};
+use crate::algebra::Random;
 use crate::algebra::tolerance::{DRAW_EVEN, DRAW_FADE};
 use crate::detect::Contact;
 
@@ -183,9 +184,7 @@ fn give_lots<'c>(list: &mut [Candidate], settings: &LinkageSettings, contact: im
 
 /// Returns u of the module's description for a pair of pieces.
 fn lot(pieces: [u32; 2]) -> f64 {
-    let mut bits = (u64::from(pieces[0]) << 32 | u64::from(pieces[1])).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    bits = (bits ^ bits >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    (f64::from((bits >> 32) as u32) + 0.5) / 2f64.powi(32)
+    1.0 - Random::new(u64::from(pieces[0]) << 32 | u64::from(pieces[1])).unit()
 }
 
 /// Orders candidates by their separations.
