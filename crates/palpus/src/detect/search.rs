@@ -65,8 +65,6 @@ pub(super) struct Search {
     last_overlap: LastOverlap,
     /// The motion bound's sum in the last query. `None` if that query did not see all pairs.
     seen_at: Option<u64>,
-    /// Upper bound of depths that grow with the motion, model units; see `deepest_after_motion`.
-    deepest_possible: f64,
     pub(super) guard: Option<Guard>,
     /// True if the parts have memory for contacts of earlier queries.
     holding: bool,
@@ -111,7 +109,6 @@ impl Search {
             last_pose: None,
             last_overlap: LastOverlap::default(),
             seen_at: None,
-            deepest_possible: f64::INFINITY,
             guard: settings.guard.then(|| Guard::new(capacity)),
             holding: settings.holding,
             sample,
@@ -237,9 +234,8 @@ impl Search {
         if restarted {
             (self.touching, self.within, self.pressing) = (0, 0, false);
         }
-        self.deepest_possible = self.deepest_after_motion(input, restarted);
-        // The points that confirm the depth in a closed body lie inside it, so they obey the bound.
-        let deepest = if input.is_open() { self.deepest_possible } else { f64::INFINITY };
+        // A depth in a closed body is confirmed by a point inside, so it needs no bound.
+        let deepest = if input.is_open() { self.deepest_possible(input, restarted) } else { f64::INFINITY };
         self.parts.each(|part| part.search.deepest = deepest);
         let new = within.saturating_sub(self.within);
         let most = self.touching + new;
@@ -256,7 +252,7 @@ impl Search {
 
     /// Returns an upper bound of the depths of this query, model units: the depth of the last query
     /// and the motion since then. Infinite if the last query did not see everything.
-    fn deepest_after_motion(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
+    fn deepest_possible(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
         match self.seen_at {
             Some(sum) if !restarted => {
                 let motion = self.parts.with_first(|part| part.search.front.motion_since(sum));
@@ -337,9 +333,12 @@ impl Search {
         if self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             return;
         }
-        let contradicted = rejected
-            .contradicted
-            .map(|contact| replacement(input, &contact).unwrap_or_else(|| no_deeper(&contact, self.deepest_possible)));
+        let contradicted = rejected.contradicted.map(|contact| {
+            replacement(input, &contact).unwrap_or_else(|| {
+                let deepest = self.deepest_possible(input, counters.traversal.restarted > 0);
+                no_deeper(&contact, deepest)
+            })
+        });
         let still = || self.last_overlap.still(input).filter(|_| counters.traversal.postponed == 0);
         let replaced = contradicted.or_else(still).or_else(|| replacement(input, &rejected.unshared?));
         // The query never exceeds the memory of its construction. If this memory is full of

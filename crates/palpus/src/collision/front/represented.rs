@@ -120,13 +120,13 @@ impl Front {
     fn wait(&mut self, place: u32, separation: f64) {
         let Rest { length, least, .. } = self.rests[place as usize];
         let (length, margin) = (f64::from(length), separation - f64::from(least).max(self.floor));
-        let slope = match self.approach(place) {
+        let expected = match self.approach(place) {
             approach if !self.slides => REPRESENTED_APPROACH * approach,
             // The other contacts keep the bodies from speeding up.
             approach if approach >= REPRESENTED_IMPACT => approach,
             _ => 0.0,
         };
-        let slope = slope.max(REPRESENTED_SLOPE);
+        let slope = expected.max(REPRESENTED_SLOPE);
         let shortest = REPRESENTED_LEAST * length * (REPRESENTED_SLOPE / slope);
         let shortest = shortest.max(REPRESENTED_PAUSE * self.tolerance).min(length);
         let until = (margin / slope).clamp(shortest, length);
