@@ -1574,37 +1574,10 @@ pub const TOOL_FASTEST: f64 = 5.0;
 /// Largest number of times that a tool's step is solved to find which contacts press and which
 /// slide.
 ///
-/// Two or three rounds find which contacts press. The error of sliding halves in each round. More
+/// Two or three rounds settle nearly all steps. Bodies with contacts on all sides, such as one that
+/// spins inside another, need up to 20 rounds. If they do not settle, they may gain energy. More
 /// rounds only cost time.
-pub const COUPLING_ROUNDS: u32 = 12;
-
-/// The rounds of a tool's step oscillate if a solution returns near the solution two rounds
-/// earlier. The distance from that solution must be less than this share of the distance from the
-/// previous solution.
-///
-/// A contact that starts to press also reverses the change between rounds, but does not lead back
-/// to the same solution.
-pub const RELAX_DRIFT: f64 = 0.1;
-
-/// A relaxed round of a tool's step goes at least this share of the way from the guess to the
-/// solution.
-///
-/// If friction lifts its body off the surface, the rounds converge with shares of a few hundredths.
-/// A smaller share could need more than [`COUPLING_ROUNDS`] rounds.
-pub const RELAX_LEAST: f64 = 0.02;
-
-/// From this round on, a tool's step searches along the line between guess and solution.
-///
-/// Two or three rounds settle nearly all steps, and a search costs as much as some rounds. With a
-/// larger value, fewer rounds are left after the first search.
-pub const SEARCH_FROM: u32 = 4;
-
-/// Largest number of rounds of a step in which a search was needed. It replaces
-/// [`COUPLING_ROUNDS`].
-///
-/// Bodies with contacts on all sides, such as one that spins inside another, need up to 20 rounds.
-/// If they do not settle, they may gain energy. More rounds only cost time.
-pub const SEARCH_ROUNDS: u32 = 24;
+pub const COUPLING_ROUNDS: u32 = 24;
 
 /// Largest number of guesses on a line that a search tries.
 ///
@@ -1620,8 +1593,9 @@ pub const SEARCH_SLOPE: f64 = 0.1;
 /// Relative to a contact's friction limit: a larger change of its friction causes another round of
 /// a tool's step.
 ///
-/// The remaining error is a hundredth of one contact's friction and is corrected in the next tick.
-pub const COUPLING_SETTLED: f64 = 0.01;
+/// The error of a round falls with its square, so a smaller value costs few rounds. With 0.01, the
+/// remaining errors of a tool that slides steadily change sign in every tick.
+pub const COUPLING_SETTLED: f64 = 1e-3;
 
 // render: the vibration after an impact (transient)
 

@@ -1,6 +1,12 @@
 //! Contacts in the implicit step, linear in the velocity at the end of the step (see `tool.rs`,
 //! steps 3 and 4).
 //!
+//! Friction is linearised as by Newton's method \[Wriggers 2006\]. While a contact slides, its
+//! force has the size of the limit and opposes the strain. A motion across the strain turns the
+//! force, and a motion along it changes nothing. A spring in all directions, with the ratio of
+//! force and strain as its stiffness, would also give this force, but the error would only halve
+//! in each round.
+//!
 //! All vectors are relative to the tool's centre of mass. The velocity is relative to the other
 //! body, which may move.
 
@@ -60,21 +66,53 @@ struct FrictionRow {
     stiffening: f64,
     /// Largest load that counts for friction, N.
     most: f64,
-    /// Ratio of friction force and strain at the end of the step, N/m.
-    secant: f64,
-    /// The `secant` in the last solved system, N/m.
-    acting: f64,
     coefficient: f64,
+    /// The predicted friction.
+    predicted: Friction,
+    /// The friction in the last solved system.
+    acting: Friction,
     /// Index of the cluster that has this member.
     cluster: u32,
 }
 
+/// A friction force, linear in the strain at the end of the step.
+#[derive(Clone, Copy, Debug)]
+enum Friction {
+    /// The contact has no load.
+    None,
+    /// The contact sticks with this stiffness, N/m.
+    Sticks(f64),
+    /// The contact slides.
+    Slides {
+        /// The force without a strain across `along`, N.
+        force: DVec3,
+        /// Direction in the tangent plane, perpendicular to the force.
+        across: DVec3,
+        /// Stiffness along `across`, N/m.
+        stiffness: f64,
+    },
+}
+
+impl Friction {
+    /// Returns the force on the tool with this `strain` (m) at the end of the step, N.
+    fn force(&self, strain: DVec3) -> DVec3 {
+        match *self {
+            Self::None => DVec3::ZERO,
+            Self::Sticks(stiffness) => strain * -stiffness,
+            Self::Slides { force, across, stiffness } => force - across * (stiffness * across.dot(strain)),
+        }
+    }
+}
+
 impl FrictionRow {
-    /// Returns the impulse of friction on the tool in a step of `h` seconds with `twist`, if force
-    /// and strain have the ratio `secant` (N/m).
-    fn impulse(&self, secant: f64, twist: &Twist, h: f64) -> Wrench {
-        let strain = self.strain + twist.at(self.offset).reject_from_normalized(self.normal) * h;
-        Wrench::of_force_at(strain * (-secant * h), self.offset)
+    /// Returns the strain at the end of a step of `h` seconds with `twist`, m.
+    fn strain_after(&self, twist: &Twist, h: f64) -> DVec3 {
+        self.strain + twist.at(self.offset).reject_from_normalized(self.normal) * h
+    }
+
+    /// Returns the impulse of `friction` on the tool in a step of `h` seconds with `twist`.
+    fn impulse(&self, friction: &Friction, twist: &Twist, h: f64) -> Wrench {
+        Wrench::of_force_at(friction.force(self.strain_after(twist, h)) * h, self.offset)
     }
 }
 
@@ -132,9 +170,9 @@ impl ContactRows {
                     stiffness: grip.stiffness,
                     stiffening,
                     most,
-                    secant: grip.stiffness,
-                    acting: 0.0,
                     coefficient: grip.coefficient,
+                    predicted: if grip.stiffness > 0.0 { Friction::Sticks(grip.stiffness) } else { Friction::None },
+                    acting: Friction::None,
                     cluster: k as u32,
                 });
             }
@@ -148,10 +186,18 @@ impl ContactRows {
             system.add_along(row.normal, row.offset, h * row.stiffness * (h + lag));
             *load = *load + Wrench::of_force_at(row.normal * (row.force * h), row.offset);
         }
-        for row in self.friction_rows.iter().filter(|row| row.secant > 0.0) {
-            system.add_at(row.offset, h * h * row.secant);
-            system.add_along(row.normal, row.offset, -h * h * row.secant);
-            *load = *load + Wrench::of_force_at(row.strain * (-row.secant * h), row.offset);
+        for row in &self.friction_rows {
+            match row.predicted {
+                Friction::None => continue,
+                Friction::Sticks(stiffness) => {
+                    system.add_at(row.offset, h * h * stiffness);
+                    system.add_along(row.normal, row.offset, -h * h * stiffness);
+                }
+                Friction::Slides { across, stiffness, .. } => {
+                    system.add_along(across, row.offset, h * h * stiffness);
+                }
+            }
+            *load = *load + Wrench::of_force_at(row.predicted.force(row.strain) * h, row.offset);
         }
     }
 
@@ -178,17 +224,19 @@ impl ContactRows {
             let load = self.clusters[row.cluster as usize].predicted.min(row.most);
             if row.stiffening > 0.0 {
                 row.stiffness = row.stiffening * load;
-                if row.stiffness.max(row.secant) <= 0.0 {
-                    row.acting = 0.0;
-                    continue;
-                }
             }
-            let strain = row.strain + twist.at(row.offset).reject_from_normalized(row.normal) * h;
-            let most = row.coefficient * load;
-            let length = strain.length();
-            let secant = if row.stiffness * length > most { most / length } else { row.stiffness };
-            news |= (secant - row.secant).abs() * length > COUPLING_SETTLED * most;
-            (row.acting, row.secant) = (row.secant, secant);
+            let strain = row.strain_after(twist, h);
+            let (limit, length) = (row.coefficient * load, strain.length());
+            let friction = if row.stiffness <= 0.0 || limit <= 0.0 {
+                Friction::None
+            } else if row.stiffness * length > limit {
+                let along = strain / length;
+                Friction::Slides { force: along * -limit, across: row.normal.cross(along), stiffness: limit / length }
+            } else {
+                Friction::Sticks(row.stiffness)
+            };
+            news |= row.predicted.force(strain).distance(friction.force(strain)) > COUPLING_SETTLED * limit;
+            (row.acting, row.predicted) = (row.predicted, friction);
         }
         news
     }
@@ -201,8 +249,7 @@ impl ContactRows {
             let speed = row.normal.dot(twist.at(row.offset));
             Wrench::of_force_at(row.normal * (h * (row.force - row.stiffness * (h + lag) * speed)), row.offset)
         });
-        let friction_forces = self.friction_rows.iter().filter(|row| row.acting > 0.0);
-        let friction_forces = friction_forces.map(|row| row.impulse(row.acting, twist, h));
+        let friction_forces = self.friction_rows.iter().map(|row| row.impulse(&row.acting, twist, h));
         normal_forces.chain(friction_forces).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 
@@ -210,9 +257,8 @@ impl ContactRows {
     /// that [`Self::revise`] predicted for this `twist`.
     pub(super) fn predicted_impulse(&self, twist: &Twist, h: f64) -> Wrench {
         let normal_forces = self.normal_rows.iter().filter(|row| row.predicted > 0.0);
-        let friction_forces = self.friction_rows.iter().filter(|row| row.secant > 0.0);
         let pressing = normal_forces.map(|row| Wrench::of_force_at(row.normal * (h * row.predicted), row.offset));
-        let holding = friction_forces.map(|row| row.impulse(row.secant, twist, h));
+        let holding = self.friction_rows.iter().map(|row| row.impulse(&row.predicted, twist, h));
         pressing.chain(holding).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 

@@ -1,9 +1,9 @@
 //! The tool: the probe as a rigid body between device and contacts, moved implicitly \[Colgate
 //! 1995; Otaduy and Lin 2006, "OL06"\].
 //!
-//! In each tick, the tool makes one step of backward Euler over h seconds with one Newton
-//! iteration. The contacts at its present pose are known. Every force is linearised in the velocity
-//! V′ of the tool at the end of the step:
+//! In each tick, the tool makes one step of backward Euler over h seconds. The contacts at its
+//! present pose are known. Every force is linearised in the velocity V′ of the tool at the end of
+//! the step:
 //!
 //! 1. *Inertia*: M (V′ − V) / h. M is zero if the nearest contact is at the tolerance, and grows to
 //!    the tool's mass at the contact offset. In free air the tool has no mass; otherwise each
@@ -13,13 +13,14 @@
 //!    grip to the device's grip. The formula for rotation is analogous.
 //! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. A
 //!    contact that would pull is left out. A contact that does not push yet is included if the step
-//!    brings the tool near enough. The system is solved again, in a bounded number of rounds, until
-//!    the set of pressing contacts does not change. In a close fit, a round may throw the tool into
-//!    the opposite wall; then the next round begins between the two (`world/line_search.rs`).
-//! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, where c
-//!    is the contact's k_t while it sticks. While it slides, c is smaller, so that force and torque
-//!    together reach μ F_n. The same rounds determine c. Rounds that oscillate are relaxed
-//!    (`world/relax.rs`).
+//!    brings the tool near enough.
+//! 4. *Friction*: −k_t (z + h v′) in the tangent plane while the contact sticks. While it slides,
+//!    the force has the size μ F_n, opposes z + h v′ and is linearised about the last solution
+//!    (`contact_rows.rs`).
+//!
+//!    The system is solved again, in a bounded number of rounds, until the set of pressing contacts
+//!    and the friction do not change. A round may throw the tool into the opposite wall of a close
+//!    fit. Then the next round begins between the two (`world/line_search.rs`).
 //! 5. *Solve* the 6 × 6 system and move the tool. No point of the tool moves farther than the
 //!    distance within which the query finds contacts: at least two contact offsets, and twice the
 //!    motion of the last step. So the tool cannot pass through anything at any speed. If the

@@ -1,18 +1,17 @@
-//! Line search between the rounds of a step, where closely fitting bodies have contacts on all
-//! sides.
+//! Line search between the rounds of a step.
 //!
-//! A round solves for the twists under the contacts that press at its *guess*. If the body moves
-//! farther than its play, the contacts of the other side are missing in this system. The solution
-//! then lies deep in the other wall, and the rounds throw the body from wall to wall without an
-//! end.
+//! A round solves for the twists under the contacts that press and slide at its *guess*. If a body
+//! moves farther than its play, the contacts of the other side are missing in this system. The
+//! solution then lies deep in the other wall, and the rounds throw the body from wall to wall
+//! without an end. A contact that slides at the guess can likewise slide backwards in the solution,
+//! although its friction would hold it.
 //!
 //! Without friction, the step minimises a convex energy: that of inertia, coupling and pressing
 //! contacts. Along the line from guess to solution, its slope is the product of the unbalanced
 //! impulse and the direction of the line. If this slope is positive at the solution, the energy has
 //! its lowest point before the solution. This point, found by false position, is the next guess. So
-//! the energy falls in each round, and a step that needs a search may take more rounds than others
-//! ([`SEARCH_ROUNDS`](crate::algebra::tolerance::SEARCH_ROUNDS)). With friction there is no energy,
-//! but the slope is defined in the same way.
+//! the energy falls in each round. With friction there is no energy, because the limit of friction
+//! depends on the load, but the slope is defined in the same way.
 
 use std::ops::Range;
 
@@ -24,14 +23,24 @@ use crate::algebra::Twist;
 use crate::algebra::tolerance::{SEARCH_SLOPE, SEARCH_TRIES};
 
 impl World {
-    /// Moves the twists of the bodies at `of`, which are the solution of a round, back to the
-    /// lowest point of the line from the guess, and predicts the contact forces there. Returns
-    /// false, without a change, if the solution is not beyond the lowest point.
+    /// Sets the next guess of the bodies at `of`, whose twists are the solution of a round. If the
+    /// solution is beyond the lowest point of the line from the guess, the twists are moved back to
+    /// this point and the contact forces are predicted there. Returns true if they are moved.
     pub(super) fn search(&mut self, of: Range<usize>, group: u32, h: f64) -> bool {
         for k in of.clone() {
             let part = &mut self.things[self.islands.body(k)].part;
             part.residual = part.twist - part.guess;
         }
+        let is_moved = self.move_back(of.clone(), group, h);
+        for k in of {
+            let part = &mut self.things[self.islands.body(k)].part;
+            part.guess = part.twist;
+        }
+        is_moved
+    }
+
+    /// Moves the twists as [`Self::search`] describes.
+    fn move_back(&mut self, of: Range<usize>, group: u32, h: f64) -> bool {
         let mut high = (1.0, self.slope(of.clone(), group, h));
         if high.1 <= 0.0 {
             return false;
@@ -55,10 +64,6 @@ impl World {
             } else {
                 (low, high.1) = ((share, slope), 0.5 * high.1);
             }
-        }
-        for k in of {
-            let part = &mut self.things[self.islands.body(k)].part;
-            part.guess = part.twist;
         }
         true
     }

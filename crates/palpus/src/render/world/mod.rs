@@ -66,7 +66,6 @@ mod islands;
 mod line_search;
 mod object;
 mod pair;
-mod relax;
 mod settle;
 mod solve;
 #[cfg(test)]

@@ -7,9 +7,8 @@ use super::free::Free;
 use super::held::Held;
 use super::object::{Role, WorldBody};
 use super::pair::{Pair, relative_twist};
-use super::relax::Relaxation;
 use super::{NONE, World};
-use crate::algebra::tolerance::{COUPLING_ROUNDS, SEARCH_FROM, SEARCH_ROUNDS};
+use crate::algebra::tolerance::COUPLING_ROUNDS;
 use crate::algebra::{SpatialMatrix, Twist, Wrench};
 use crate::render::ToolCounters;
 
@@ -87,10 +86,11 @@ impl World {
         // A contact that slides in one step mostly slides in the next step. A start with sticking
         // contacts would need many rounds.
         self.predict(group, h, |pair| pair.settings().friction.is_some());
-        let mut relaxation = Relaxation::begin(self, of.clone());
-        let (mut round, mut rounds) = (0, COUPLING_ROUNDS);
-        while round < rounds {
-            round += 1;
+        for k in of.clone() {
+            let part = &mut self.things[self.islands.body(k)].part;
+            part.guess = part.twist;
+        }
+        for round in 1..=COUPLING_ROUNDS {
             if !self.solve_once(of.clone(), group, h) {
                 return false;
             }
@@ -98,15 +98,8 @@ impl World {
             if !self.predict(group, h, |_| true) {
                 return true;
             }
-            if round >= SEARCH_FROM && self.search(of.clone(), group, h) {
-                rounds = SEARCH_ROUNDS;
-                if round == rounds {
-                    // No system has this solution. Its impulses are the predicted ones.
-                    self.predict(group, h, |_| true);
-                }
-                continue;
-            }
-            if round < rounds && relaxation.step(self, of.clone(), round) {
+            if self.search(of.clone(), group, h) && round == COUPLING_ROUNDS {
+                // No system has this solution. Its impulses are the predicted ones.
                 self.predict(group, h, |_| true);
             }
         }

@@ -32,7 +32,8 @@ fn drag(lean: f64, speed: f64) -> u32 {
     unsettled
 }
 
-/// Without relaxation, 35 of 600 steps oscillate between two solutions until the rounds end.
+/// A lifted contact has no friction, so its body presses again. Rounds that use each solution as
+/// the next guess oscillate between two solutions in 35 of 600 steps.
 #[test]
 fn step_with_lifting_friction_settles() {
     let unsettled = drag(0.8, 0.3);
