@@ -49,6 +49,7 @@ fn the_force_stage_does_not_allocate() {
         twist: Twist::default(),
         pressed: 0.0,
         step: 0.0,
+        elapsed: 1e-3,
     };
     // Ticks with no contacts, a few contacts, as many contacts as fit, and far too many. Some
     // clusters are cut, and contacts appear and disappear.

@@ -1407,6 +1407,20 @@ pub const DRAW_FADE: f64 = 0.5;
 
 // force: friction (friction)
 
+/// Relative to the stretch of the coupling under the static friction of a contact: μ falls from its
+/// static to its dynamic value within the static z_max and this share of the stretch.
+///
+/// With 0, μ falls within a tick, and the torque of a tool changes by up to half more in a tick.
+/// With 1, gears that turn in mesh have the static μ on a large part of each tooth.
+pub const FRICTION_WEAKENS: f64 = 0.1;
+
+/// s: after a slip, μ of a contact that sticks rises from its dynamic to its static value in this
+/// time.
+///
+/// With a smaller value, two contacts of a tool may stick and slide in turns from tick to tick.
+/// With a larger one, a tool that is pushed again soon starts without the peak of static friction.
+pub const FRICTION_HEALS: f64 = 0.05;
+
 /// Relative to the strain at which a contact slides: a contact counts as sticking if its strain
 /// exceeds the sliding strain by at most this.
 ///

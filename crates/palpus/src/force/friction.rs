@@ -12,14 +12,21 @@
 //!    w along the normal, so that x − w = z.
 //! 3. *Stick or slide*: the contact slides if ‖z‖ exceeds z_max = μ F_n / k_t (for several
 //!    clusters, see below). Then shorten z to z_max by moving w, and move x toward the present
-//!    contact point. μ falls from its static to its dynamic value in proportion to the distance
-//!    slipped, over the first static z_max of slip (*slip weakening*, Ida 1972). So the force does
-//!    not drop suddenly, and contacts of one body that reach z_max one after the other still hold
-//!    together with the static μ. A contact sticks again, with the static μ, in the first tick in
-//!    which ‖z‖ does not exceed z_max.
+//!    contact point. The contact sticks again in the first tick in which ‖z‖ does not exceed z_max.
 //! 4. *Force* on a: −k_t z at x. While the contact sticks, this force is minus the gradient of ½
 //!    k_t z². The same force at another point could add energy. For example, the contact's point
 //!    moves while a block rocks.
+//!
+//! **Static and dynamic friction.** μ falls from its static to its dynamic value in proportion to
+//! the distance slipped (*slip weakening*, Ida 1972). The whole fall takes the first static z_max
+//! of slip. So the force does not drop suddenly, and contacts of one body that reach z_max one
+//! after the other still hold together with the static μ. Behind a coupling, contacts are so stiff
+//! that z_max is a few micrometres, which a tool slips within a tick. Then the fall also takes a
+//! share ([`FRICTION_WEAKENS`](crate::algebra::tolerance::FRICTION_WEAKENS)) of the stretch of the
+//! coupling under this friction. While a contact sticks, μ rises to its static value again in a
+//! fixed time (*healing*, Dieterich 1979;
+//! [`FRICTION_HEALS`](crate::algebra::tolerance::FRICTION_HEALS)). If μ rose at once, a tool with
+//! two contacts could stick at one and slide at the other, in turns from tick to tick.
 //!
 //! **Twist.** A flush patch has one contact at each of its corners. Friction acts at each corner,
 //! so the corners together resist a twist about the normal. The friction acts at points nearer to
@@ -60,7 +67,7 @@ use glam::DVec3;
 
 use super::Cluster;
 use crate::algebra::Pose;
-use crate::algebra::tolerance::{FRICTION_HELD, FRICTION_LOOKS, FRICTION_SUCCESSOR};
+use crate::algebra::tolerance::{FRICTION_HEALS, FRICTION_HELD, FRICTION_LOOKS, FRICTION_SUCCESSOR, FRICTION_WEAKENS};
 use crate::detect::Contact;
 
 /// Parameters of friction between two surfaces.
@@ -93,8 +100,8 @@ pub struct Adhesion {
     pub normal: DVec3,
     /// True if the contact slid in the last tick.
     pub sliding: bool,
-    /// Distance slipped since the contact stuck last, m.
-    pub slipped: f64,
+    /// How far μ has fallen: 0 at its static value, 1 at its dynamic value.
+    pub weakened: f64,
 }
 
 /// Input of the friction of one tick.
@@ -117,6 +124,10 @@ pub struct FrictionInput<'a> {
     /// Largest distance of a contact from the adhesion that it takes over, and from its own point
     /// x, m.
     pub reach: f64,
+    /// Compliance of the coupling, which is in series with the contacts, m/N; 0 without coupling.
+    pub compliance: f64,
+    /// Duration of the tick, s.
+    pub elapsed: f64,
     /// a placed in b's frame.
     pub pose_ba: Pose,
 }
@@ -271,7 +282,7 @@ impl FrictionTracker {
             midpoint,
             normal,
             sliding: false,
-            slipped: 0.0,
+            weakened: 0.0,
         };
         let mut predecessor = None;
         if *looks >= self.previous.len() {
@@ -286,7 +297,7 @@ impl FrictionTracker {
         }
         if let Some(old) = predecessor {
             fresh.held_b -= input.pose_ba.point(old.holding_a) - old.held_b;
-            (fresh.sliding, fresh.slipped) = (old.sliding, old.slipped);
+            (fresh.sliding, fresh.weakened) = (old.sliding, old.weakened);
             counters.inherited += 1;
         } else {
             counters.fresh += 1;
@@ -336,23 +347,18 @@ fn stick_or_slide(
     settings: &FrictionSettings,
 ) -> f64 {
     let FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness } = *settings;
-    let strain_at = |coefficient: f64| coefficient * load.most / tangential_stiffness;
-    let weakening = strain_at(static_coefficient);
-    let coefficient = if adhesion.slipped < weakening {
-        static_coefficient + (dynamic_coefficient - static_coefficient) * (adhesion.slipped / weakening)
-    } else if adhesion.sliding {
-        dynamic_coefficient
-    } else {
-        static_coefficient
-    };
-    let (length, most) = (strain.length(), strain_at(coefficient));
+    let coefficient = static_coefficient + (dynamic_coefficient - static_coefficient) * adhesion.weakened;
+    let (length, most) = (strain.length(), coefficient * load.most / tangential_stiffness);
     adhesion.sliding = length > if adhesion.sliding { most * (1.0 + FRICTION_HELD) } else { most };
     if !adhesion.sliding {
-        adhesion.slipped = 0.0;
+        adhesion.weakened = (adhesion.weakened - input.elapsed / FRICTION_HEALS).max(0.0);
     }
     if length > most {
         *strain *= most / length;
-        adhesion.slipped += length - most;
+        let compliance = 1.0 / tangential_stiffness + FRICTION_WEAKENS * input.compliance;
+        let weakening = static_coefficient * load.most * compliance;
+        let slip = if weakening > 0.0 { (length - most) / weakening } else { 1.0 };
+        adhesion.weakened = (adhesion.weakened + slip).min(1.0);
         let x = input.pose_ba.point(adhesion.holding_a);
         let renewed = if most > 0.0 { ((length - most) / most).min(1.0) } else { 1.0 };
         hold(adhesion, x.lerp(adhesion.midpoint, renewed), *strain, input);

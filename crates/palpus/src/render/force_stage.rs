@@ -36,6 +36,8 @@ pub struct Motion {
     pub pressed: f64,
     /// Duration of the implicit step that follows, s; 0 if no such step follows.
     pub step: f64,
+    /// Duration of the tick, s.
+    pub elapsed: f64,
 }
 
 impl Motion {
@@ -244,6 +246,8 @@ fn add_friction(
         loads: &scratch.loads,
         most,
         reach: settings.cluster_radius.max(settings.contact_tolerance),
+        compliance: settings.coupling.map_or(0.0, |coupling| 1.0 / coupling.stiffness),
+        elapsed: motion.elapsed,
         pose_ba: motion.pose_ba,
     };
     forces.adhesion = scratch.friction.update(&input, friction);

@@ -50,6 +50,7 @@ fn motion(random: &mut Random) -> Motion {
         twist: Twist { angular: random.point(3.0), linear: random.point(0.2) },
         pressed: 0.0,
         step: 0.0,
+        elapsed: 1e-3,
     }
 }
 
@@ -104,6 +105,7 @@ fn moving_the_whole_scene_moves_the_wrench() {
             twist: Twist { angular: pose.vector(m.twist.angular), linear: pose.vector(m.twist.linear) },
             pressed: m.pressed,
             step: m.step,
+            elapsed: m.elapsed,
         });
         let moved = two_ticks(&shift(&first), &shift(&second), &turned, &settings);
         for (here, there) in [(answer.net.on_a, moved.net.on_a), (answer.net.on_b, moved.net.on_b)] {
@@ -146,6 +148,7 @@ fn more_contacts_are_not_stiffer() {
         twist: Twist::default(),
         pressed: 0.0,
         step: 0.0,
+        elapsed: 1e-3,
     };
     let forces = two_ticks(&patch, &patch, &[still; 2], &linkage());
     assert_eq!(forces.clusters.len(), 1);
@@ -175,6 +178,7 @@ fn a_slot_narrower_than_delta_grips_the_probe_from_both_sides() {
         twist: Twist::default(),
         pressed: 0.0,
         step: 0.0,
+        elapsed: 1e-3,
     };
     let settings = Settings { friction: None, ..linkage() };
     let at = |shift: f64| two_ticks(&slot(shift), &slot(shift), &[still; 2], &settings);

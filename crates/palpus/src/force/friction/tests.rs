@@ -3,6 +3,7 @@
 use super::super::represent;
 use super::super::testing::{Random, contact};
 use super::*;
+use crate::algebra::tolerance::FRICTION_HEALS;
 use glam::DQuat;
 use std::f64::consts::FRAC_PI_2;
 
@@ -27,6 +28,8 @@ fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, norm
         loads: &[normal_force],
         most: normal_force,
         reach: 4e-3,
+        compliance: 0.0,
+        elapsed: 1e-3,
         pose_ba,
     };
     tracker.update(&input, &SETTINGS);
@@ -63,9 +66,14 @@ fn a_dragged_block_sticks_then_slides_then_sticks_again() {
         last = force;
     }
     assert!((last - 0.6).abs() < 1e-9);
-    // When the block stops, it sticks again, up to the static limit.
+    // When the block stops, it sticks again. The static limit returns with time.
     assert!((drag(&mut tracker, 0.024) + 0.6).abs() < 1e-9);
     assert!(!tracker.adhesions()[0].sliding);
+    let soon = -drag(&mut tracker.clone(), 0.0243);
+    assert!(soon > 0.6 && soon < 0.62, "{soon} N");
+    for _ in 0..(FRICTION_HEALS / 1e-3) as u32 {
+        assert!((drag(&mut tracker, 0.024) + 0.6).abs() < 1e-9);
+    }
     assert!((drag(&mut tracker, 0.0243) + 0.9).abs() < 1e-9);
     // Backward motion unloads the same spring, through zero.
     assert!((drag(&mut tracker, 0.0240) + 0.6).abs() < 1e-9);
@@ -161,6 +169,8 @@ fn next_piece_takes_over_the_strain() {
         loads: &[],
         most: 0.0,
         reach: 4e-3,
+        compliance: 0.0,
+        elapsed: 1e-3,
         pose_ba: pose,
     };
     tracker.update(&input, &SETTINGS);
@@ -247,6 +257,8 @@ fn load_share_sets_the_tangential_stiffness() {
                 loads: &[share * NORMAL_FORCE],
                 most: NORMAL_FORCE,
                 reach: 4e-3,
+                compliance: 0.0,
+                elapsed: 1e-3,
                 pose_ba,
             };
             tracker.update(&input, &SETTINGS);

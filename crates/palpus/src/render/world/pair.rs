@@ -179,9 +179,9 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// Computes the wrenches of the found contacts on both bodies. If an implicit step moves one of
-    /// the bodies under these contacts, `implicit` is its duration, s.
-    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, implicit: Option<f64>) {
+    /// Computes the wrenches of the found contacts on both bodies in a tick of `dt` s. `implicit` is
+    /// true if an implicit step moves one of the bodies under these contacts.
+    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, dt: f64, implicit: bool) {
         if self.contacts.is_empty() {
             self.scratch.clear();
             self.rows.clear();
@@ -197,8 +197,8 @@ impl Pair {
             let inverse = b.pose.inverse();
             twist = Twist { angular: inverse.vector(twist.angular), linear: inverse.vector(twist.linear) };
         }
-        let pressed = if implicit.is_some() { self.rows.pressed(self.settings.stiffness) } else { 0.0 };
-        let motion = Motion { pose_ba, centers, twist, pressed, step: implicit.unwrap_or(0.0) };
+        let pressed = if implicit { self.rows.pressed(self.settings.stiffness) } else { 0.0 };
+        let motion = Motion { pose_ba, centers, twist, pressed, step: if implicit { dt } else { 0.0 }, elapsed: dt };
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
             Some((surfaces, ShadingSettings { most_turn, .. })) => {
@@ -215,7 +215,7 @@ impl Pair {
             }
             self.forces.place(&b.pose);
         }
-        if implicit.is_some() {
+        if implicit {
             self.rows.gather(&self.forces, a.center, &self.settings);
         } else {
             self.rows.clear();

@@ -208,7 +208,7 @@ impl World {
             let pair = &mut self.pairs[k];
             let [a, b] = pair.bodies;
             let implicit = self.things[a].part.is_moved || self.things[b].part.is_moved;
-            pair.force(&self.things[a].place(), &self.things[b].place(), implicit.then_some(dt));
+            pair.force(&self.things[a].place(), &self.things[b].place(), dt, implicit);
             if pair.is_touching() {
                 self.counters.touching += 1;
                 self.things[a].part.is_touched = true;
