@@ -340,7 +340,11 @@ impl World {
     pub fn clear(&mut self) {
         self.pairs.iter_mut().for_each(Pair::clear);
         self.tools.iter_mut().for_each(Held::clear);
-        self.things.iter_mut().for_each(|thing| thing.last = None);
+        for thing in &mut self.things {
+            thing.last = None;
+            // The next step would begin its rounds with this twist.
+            thing.part.twist = Twist::default();
+        }
     }
 
     fn add_thing(&mut self, body: Arc<Body>, role: Role, pose: Pose) -> BodyId {
