@@ -45,11 +45,21 @@
 use glam::DVec3;
 
 use super::Contact;
+use super::found::Found;
 use super::memory::PairMemory;
 use super::query_input::QueryInput;
 use crate::algebra::tolerance::{CONFIRMED_EDGE_SHARE, CONFIRMED_NEAR, CONFIRMED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
+
+/// Returns the contact of two pieces along a shared normal, if its depth is accepted.
+pub(super) fn accepted(input: &QueryInput<'_>, found: &Found) -> Option<Contact> {
+    match found {
+        Found::Admissible(contact) => Some(*contact).filter(|contact| least_depth_is_confirmed(input, contact)),
+        Found::Moved(contact, facing) => confirmed(input, contact, facing),
+        _ => None,
+    }
+}
 
 /// Returns `contact`, whose depth was moved to an admissible normal, if this depth agrees with the
 /// surfaces of the solids. `facing` is the same contact with its points on its features.
@@ -58,7 +68,7 @@ use crate::body::{Body, Feature, FeaturePair, Polytope};
 /// do not cross. Then the contact acts at the point that confirms the depth, or at the middle if
 /// both points confirm it. So the tip of a tool above a plate is not pushed at a distant edge of
 /// the plate.
-pub(super) fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Contact) -> Option<Contact> {
+fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Contact) -> Option<Contact> {
     let (depth, points) = (-contact.separation, on_features(input, facing));
     let out = depth * contact.normal;
     let beside = points[0] + out - points[1];
@@ -81,7 +91,7 @@ pub(super) fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Cont
 ///
 /// For two edges the required distance is smaller: if a point of an edge lies D beyond another
 /// edge, the faces at these edges are nearer than D.
-pub(super) fn least_depth_is_confirmed(input: &QueryInput<'_>, contact: &Contact) -> bool {
+fn least_depth_is_confirmed(input: &QueryInput<'_>, contact: &Contact) -> bool {
     let QueryInput { a, b, tolerance, .. } = *input;
     let depth = -contact.separation;
     if depth <= tolerance || a.polytopes().len() == 1 && b.polytopes().len() == 1 {

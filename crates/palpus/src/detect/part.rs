@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::confirm::{confirmed, is_at_surfaces, least_depth_is_confirmed};
+use super::confirm::{accepted, is_at_surfaces};
 use super::exact::{Placed, nearest_on_meshes, slack};
 use super::found::{Found, at_closest};
 use super::held::HeldContacts;
@@ -192,9 +192,8 @@ impl PartSearch {
         for k in 0..self.leaves.as_slice().len() {
             let leaf = self.leaves.as_slice()[k];
             let before = counters.work();
-            if let Found::Admissible(contact) | Found::Moved(contact, _) = self.contact(input, &leaf, counters) {
-                self.contacts.push(contact);
-            }
+            let found = self.contact(input, &leaf, counters);
+            self.contacts.extend(accepted(input, &found));
             quota.spend(WORK_ANSWER + counters.work() - before);
         }
     }
@@ -240,18 +239,15 @@ impl PartSearch {
                     counters.rejected += 1;
                 }
                 Found::NearlyFlush(contact) | Found::BesideValley(contact) => self.contacts.push(contact),
-                Found::Admissible(contact) if least_depth_is_confirmed(input, &contact) => {
-                    self.contacts.push(contact);
-                }
-                Found::Moved(contact, facing) if let Some(at) = confirmed(input, &contact, &facing) => {
-                    self.contacts.push(at);
-                }
-                Found::Admissible(contact) | Found::Moved(contact, _) => {
-                    counters.rejected += 1;
-                    if is_at_surfaces(input, &contact) {
-                        rejected.contradicted = shallower(rejected.contradicted, contact);
+                Found::Admissible(contact) | Found::Moved(contact, _) => match accepted(input, &found) {
+                    Some(contact) => self.contacts.push(contact),
+                    None => {
+                        counters.rejected += 1;
+                        if is_at_surfaces(input, &contact) {
+                            rejected.contradicted = shallower(rejected.contradicted, contact);
+                        }
                     }
-                }
+                },
                 Found::Inadmissible(contact) => {
                     counters.inadmissible += 1;
                     rejected.unshared =
