@@ -100,8 +100,8 @@ pub struct Adhesion {
     pub normal: DVec3,
     /// True if the contact slid in the last tick.
     pub sliding: bool,
-    /// How far μ has fallen: 0 at its static value, 1 at its dynamic value.
-    pub weakened: f64,
+    /// Distance slipped, m. While the contact sticks, it returns to 0.
+    pub slipped: f64,
 }
 
 /// Input of the friction of one tick.
@@ -282,7 +282,7 @@ impl FrictionTracker {
             midpoint,
             normal,
             sliding: false,
-            weakened: 0.0,
+            slipped: 0.0,
         };
         let mut predecessor = None;
         if *looks >= self.previous.len() {
@@ -297,7 +297,7 @@ impl FrictionTracker {
         }
         if let Some(old) = predecessor {
             fresh.held_b -= input.pose_ba.point(old.holding_a) - old.held_b;
-            (fresh.sliding, fresh.weakened) = (old.sliding, old.weakened);
+            (fresh.sliding, fresh.slipped) = (old.sliding, old.slipped);
             counters.inherited += 1;
         } else {
             counters.fresh += 1;
@@ -347,18 +347,18 @@ fn stick_or_slide(
     settings: &FrictionSettings,
 ) -> f64 {
     let FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness } = *settings;
-    let coefficient = static_coefficient + (dynamic_coefficient - static_coefficient) * adhesion.weakened;
+    let compliance = 1.0 / tangential_stiffness + FRICTION_WEAKENS * input.compliance;
+    let weakening = static_coefficient * load.most * compliance;
+    let weakened = if adhesion.slipped > 0.0 { (adhesion.slipped / weakening).min(1.0) } else { 0.0 };
+    let coefficient = static_coefficient + (dynamic_coefficient - static_coefficient) * weakened;
     let (length, most) = (strain.length(), coefficient * load.most / tangential_stiffness);
     adhesion.sliding = length > if adhesion.sliding { most * (1.0 + FRICTION_HELD) } else { most };
     if !adhesion.sliding {
-        adhesion.weakened = (adhesion.weakened - input.elapsed / FRICTION_HEALS).max(0.0);
+        adhesion.slipped = (adhesion.slipped.min(weakening) - weakening * (input.elapsed / FRICTION_HEALS)).max(0.0);
     }
     if length > most {
         *strain *= most / length;
-        let compliance = 1.0 / tangential_stiffness + FRICTION_WEAKENS * input.compliance;
-        let weakening = static_coefficient * load.most * compliance;
-        let slip = if weakening > 0.0 { (length - most) / weakening } else { 1.0 };
-        adhesion.weakened = (adhesion.weakened + slip).min(1.0);
+        adhesion.slipped += length - most;
         let x = input.pose_ba.point(adhesion.holding_a);
         let renewed = if most > 0.0 { ((length - most) / most).min(1.0) } else { 1.0 };
         hold(adhesion, x.lerp(adhesion.midpoint, renewed), *strain, input);
