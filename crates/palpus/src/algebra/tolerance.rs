@@ -1419,7 +1419,7 @@ pub const FRICTION_WEAKENS: f64 = 0.1;
 ///
 /// With a smaller value, two contacts of a tool may stick and slide in turns from tick to tick.
 /// With a larger one, a tool that is pushed again soon starts without the peak of static friction.
-pub const FRICTION_HEALS: f64 = 0.05;
+pub const FRICTION_HEALS: f64 = 0.04;
 
 /// Relative to the strain at which a contact slides: a contact counts as sticking if its strain
 /// exceeds the sliding strain by at most this.
