@@ -1588,9 +1588,9 @@ pub const TOOL_FASTEST: f64 = 5.0;
 /// Largest number of times that a tool's step is solved to find which contacts press and which
 /// slide.
 ///
-/// Two or three rounds settle nearly all steps. Bodies with contacts on all sides, such as one that
-/// spins inside another, need up to 20 rounds. If they do not settle, they may gain energy. More
-/// rounds only cost time.
+/// Two or three rounds settle most steps. Bodies with contacts on all sides, such as one that spins
+/// inside another, need up to 20 rounds. If they do not settle, they may gain energy. More rounds
+/// only cost time.
 pub const COUPLING_ROUNDS: u32 = 24;
 
 /// Largest number of guesses on a line that a search tries.

@@ -84,7 +84,7 @@ enum Friction {
     Sticks(f64),
     /// The contact slides.
     Slides {
-        /// The force without a strain across `along`, N.
+        /// The force without strain along `across`, N.
         force: DVec3,
         /// Direction in the tangent plane, perpendicular to the force.
         across: DVec3,

@@ -179,8 +179,8 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// Computes the wrenches of the found contacts on both bodies in a tick of `dt` s. `implicit` is
-    /// true if an implicit step moves one of the bodies under these contacts.
+    /// Computes the wrenches of the found contacts on both bodies in a tick of `dt` s. `implicit`
+    /// is true if an implicit step moves one of the bodies under these contacts.
     pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, dt: f64, implicit: bool) {
         if self.contacts.is_empty() {
             self.scratch.clear();
