@@ -20,6 +20,11 @@ impl Twist {
     pub fn at(&self, offset: DVec3) -> DVec3 {
         self.linear + self.angular.cross(offset)
     }
+
+    /// Returns true if every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.angular.is_finite() && self.linear.is_finite()
+    }
 }
 
 /// A force in newtons, and a torque in newton-metres about a reference point. Each use states its
@@ -87,6 +92,14 @@ impl std::ops::Sub for Twist {
 
     fn sub(self, other: Self) -> Self {
         Self { angular: self.angular - other.angular, linear: self.linear - other.linear }
+    }
+}
+
+impl std::ops::Mul<f64> for Wrench {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self { torque: self.torque * factor, force: self.force * factor }
     }
 }
 

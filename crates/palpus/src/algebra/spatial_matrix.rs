@@ -1,42 +1,50 @@
-//! Symmetric 6 × 6 matrices that map velocities of a rigid body to wrenches: inertias, stiffnesses,
-//! dampings.
+//! 6 × 6 matrices that map velocities of a rigid body to wrenches: inertias, stiffnesses, dampings.
 
 use glam::{DMat3, DVec3};
 
 use super::{Twist, Wrench};
 
-/// A symmetric matrix that maps twists to wrenches. Both have the same reference point and frame.
+/// A matrix that maps twists to wrenches, as four blocks. Both have the same frame. They also have
+/// the same reference point, except where a function states otherwise.
 ///
-/// The matrix is stored as three blocks: torque from rotation, torque from translation, and force
-/// from translation. The transpose of the second block gives the force from rotation.
+/// Inertias, springs and dampers are symmetric. A force whose size depends on the motion along
+/// another direction is not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpatialMatrix {
     torque_turning: DMat3,
     torque_moving: DMat3,
+    force_turning: DMat3,
     force_moving: DMat3,
 }
 
 impl SpatialMatrix {
     /// The zero matrix.
-    pub const ZERO: Self = Self { torque_turning: DMat3::ZERO, torque_moving: DMat3::ZERO, force_moving: DMat3::ZERO };
+    pub const ZERO: Self = Self {
+        torque_turning: DMat3::ZERO,
+        torque_moving: DMat3::ZERO,
+        force_turning: DMat3::ZERO,
+        force_moving: DMat3::ZERO,
+    };
 
     /// Returns the inertia of a rigid body about its centre of mass. `mass` is in kg; `inertia` is
     /// in kg·m², along the axes of the frame.
     pub fn of_body(mass: f64, inertia: DMat3) -> Self {
-        Self {
-            torque_turning: inertia,
-            torque_moving: DMat3::ZERO,
-            force_moving: DMat3::from_diagonal(DVec3::splat(mass)),
-        }
+        Self { torque_turning: inertia, force_moving: DMat3::from_diagonal(DVec3::splat(mass)), ..Self::ZERO }
+    }
+
+    /// Adds the matrix that maps a twist to `wrench` times the power of `gauge` in this twist.
+    pub fn add_product(&mut self, wrench: &Wrench, gauge: &Wrench) {
+        self.torque_turning += outer(wrench.torque, gauge.torque);
+        self.torque_moving += outer(wrench.torque, gauge.force);
+        self.force_turning += outer(wrench.force, gauge.torque);
+        self.force_moving += outer(wrench.force, gauge.force);
     }
 
     /// Adds a spring or damper of strength `c` that acts along the unit vector `direction`, at
     /// `offset` from the reference point.
     pub fn add_along(&mut self, direction: DVec3, offset: DVec3, c: f64) {
-        let turning = offset.cross(direction);
-        self.torque_turning += outer(c * turning, turning);
-        self.torque_moving += outer(c * turning, direction);
-        self.force_moving += outer(c * direction, direction);
+        let gauge = Wrench::of_force_at(direction, offset);
+        self.add_product(&(gauge * c), &gauge);
     }
 
     /// Adds an isotropic spring or damper of strength `c` that acts on translation, at `offset`
@@ -45,6 +53,7 @@ impl SpatialMatrix {
         let cross = cross_matrix(offset);
         self.torque_turning += cross * cross.transpose() * c;
         self.torque_moving += cross * c;
+        self.force_turning += cross.transpose() * c;
         self.force_moving += DMat3::from_diagonal(DVec3::splat(c));
     }
 
@@ -53,33 +62,26 @@ impl SpatialMatrix {
         self.torque_turning += DMat3::from_diagonal(DVec3::splat(c));
     }
 
-    /// Returns this matrix about another reference point. The current reference point lies at
-    /// `offset` from the new one.
-    pub fn about(&self, offset: DVec3) -> Self {
+    /// Returns this matrix for the twist of another body. This matrix's reference point lies at
+    /// `offset` from the reference point of that twist.
+    pub fn from_twist_at(&self, offset: DVec3) -> Self {
         let cross = cross_matrix(offset);
-        let moving = self.torque_moving + cross * self.force_moving;
-        let turned = cross * self.torque_moving.transpose();
         Self {
-            torque_turning: self.torque_turning + turned + turned.transpose() - cross * self.force_moving * cross,
-            torque_moving: moving,
-            force_moving: self.force_moving,
+            torque_turning: self.torque_turning - self.torque_moving * cross,
+            force_turning: self.force_turning - self.force_moving * cross,
+            ..*self
         }
     }
 
-    /// Returns all 6 × 6 numbers, rotation before translation.
-    pub fn to_rows(&self) -> [[f64; 6]; 6] {
-        rows(&[self.torque_turning, self.torque_moving], &[self.torque_moving.transpose(), self.force_moving])
-    }
-
-    /// Returns the 6 × 6 numbers that map the twist of another body to the wrench about this
-    /// matrix's reference point. This reference point lies at `offset` from the reference point of
-    /// the twist.
-    pub fn across(&self, offset: DVec3) -> [[f64; 6]; 6] {
+    /// Returns this matrix for the wrench on another body. This matrix's reference point lies at
+    /// `offset` from the reference point of that wrench.
+    pub fn to_wrench_at(&self, offset: DVec3) -> Self {
         let cross = cross_matrix(offset);
-        rows(
-            &[self.torque_turning - self.torque_moving * cross, self.torque_moving],
-            &[self.torque_moving.transpose() - self.force_moving * cross, self.force_moving],
-        )
+        Self {
+            torque_turning: self.torque_turning + cross * self.force_turning,
+            torque_moving: self.torque_moving + cross * self.force_moving,
+            ..*self
+        }
     }
 
     /// Returns the product of the matrix and `twist`.
@@ -87,28 +89,67 @@ impl SpatialMatrix {
         let Twist { angular, linear } = *twist;
         Wrench {
             torque: self.torque_turning * angular + self.torque_moving * linear,
-            force: self.torque_moving.transpose() * angular + self.force_moving * linear,
+            force: self.force_turning * angular + self.force_moving * linear,
         }
     }
 
-    /// Returns the twist for which the product is `wrench`. `None` if the matrix is not positive
-    /// definite within rounding.
+    /// Returns the inverse of the matrix; `None` if a block of the elimination is singular.
     ///
-    /// The method eliminates translation first, and then solves for rotation with the Schur
-    /// complement.
-    pub fn solve(&self, wrench: &Wrench) -> Option<Twist> {
-        if self.force_moving.determinant() <= 0.0 {
+    /// The method eliminates translation first, and then inverts the Schur complement of rotation.
+    pub fn inverse(&self) -> Option<Inverse> {
+        if self.force_moving.determinant() == 0.0 {
             return None;
         }
         let moving = self.force_moving.inverse();
-        let carried = self.torque_moving * moving;
-        let turning = self.torque_turning - carried * self.torque_moving.transpose();
-        if turning.determinant() <= 0.0 {
+        let (carried, carrying) = (self.torque_moving * moving, moving * self.force_turning);
+        let left = self.torque_turning - carried * self.force_turning;
+        if left.determinant() == 0.0 {
             return None;
         }
-        let angular = turning.inverse() * (wrench.torque - carried * wrench.force);
-        let linear = moving * (wrench.force - self.torque_moving.transpose() * angular);
-        (angular.is_finite() && linear.is_finite()).then_some(Twist { angular, linear })
+        let turning = left.inverse();
+        (turning.is_finite() && moving.is_finite()).then_some(Inverse { turning, carried, carrying, moving })
+    }
+
+    /// Returns the twist for which the product is `wrench`; `None` as in [`Self::inverse`].
+    pub fn solve(&self, wrench: &Wrench) -> Option<Twist> {
+        let twist = self.inverse()?.times(wrench);
+        twist.is_finite().then_some(twist)
+    }
+}
+
+/// The inverse of a [`SpatialMatrix`]: it maps wrenches to twists.
+#[derive(Clone, Copy, Debug)]
+pub struct Inverse {
+    /// Inverse of the Schur complement of rotation.
+    turning: DMat3,
+    /// Torque for each force, where nothing turns.
+    carried: DMat3,
+    /// Velocity against each angular velocity, where no force acts.
+    carrying: DMat3,
+    /// Inverse of the block of translation.
+    moving: DMat3,
+}
+
+impl Inverse {
+    /// Returns the product of the inverse and `wrench`.
+    pub fn times(&self, wrench: &Wrench) -> Twist {
+        let angular = self.turning * (wrench.torque - self.carried * wrench.force);
+        Twist { angular, linear: self.moving * wrench.force - self.carrying * angular }
+    }
+
+    /// Returns the product of `matrix`, this inverse and `other`.
+    pub fn between(&self, matrix: &SpatialMatrix, other: &SpatialMatrix) -> SpatialMatrix {
+        let angular = |torque: DMat3, force: DMat3| self.turning * (torque - self.carried * force);
+        let turning = angular(other.torque_turning, other.force_turning);
+        let turning_moving = angular(other.torque_moving, other.force_moving);
+        let linear = self.moving * other.force_turning - self.carrying * turning;
+        let linear_moving = self.moving * other.force_moving - self.carrying * turning_moving;
+        SpatialMatrix {
+            torque_turning: matrix.torque_turning * turning + matrix.torque_moving * linear,
+            torque_moving: matrix.torque_turning * turning_moving + matrix.torque_moving * linear_moving,
+            force_turning: matrix.force_turning * turning + matrix.force_moving * linear,
+            force_moving: matrix.force_turning * turning_moving + matrix.force_moving * linear_moving,
+        }
     }
 }
 
@@ -119,21 +160,23 @@ impl std::ops::Add for SpatialMatrix {
         Self {
             torque_turning: self.torque_turning + other.torque_turning,
             torque_moving: self.torque_moving + other.torque_moving,
+            force_turning: self.force_turning + other.force_turning,
             force_moving: self.force_moving + other.force_moving,
         }
     }
 }
 
-/// Returns the 6 × 6 matrix of two rows of two blocks.
-fn rows(upper: &[DMat3; 2], lower: &[DMat3; 2]) -> [[f64; 6]; 6] {
-    let mut all = [[0.0; 6]; 6];
-    for (i, row) in all.iter_mut().enumerate() {
-        let blocks = if i < 3 { upper } else { lower };
-        for (j, number) in row.iter_mut().enumerate() {
-            *number = blocks[j / 3].col(j % 3)[i % 3];
+impl std::ops::Sub for SpatialMatrix {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self {
+            torque_turning: self.torque_turning - other.torque_turning,
+            torque_moving: self.torque_moving - other.torque_moving,
+            force_turning: self.force_turning - other.force_turning,
+            force_moving: self.force_moving - other.force_moving,
         }
     }
-    all
 }
 
 /// Returns the matrix a bᵀ.
@@ -172,39 +215,41 @@ mod tests {
         assert!(near(&at.times(&TWIST), &expected));
     }
 
-    fn numbers(wrench: &Wrench) -> [f64; 6] {
-        let [torque, force] = [wrench.torque.to_array(), wrench.force.to_array()];
-        std::array::from_fn(|i| if i < 3 { torque[i] } else { force[i - 3] })
-    }
-
-    fn product(rows: &[[f64; 6]; 6], twist: &Twist) -> [f64; 6] {
-        let [angular, linear] = [twist.angular.to_array(), twist.linear.to_array()];
-        rows.map(|row| (0..3).map(|k| row[k] * angular[k] + row[k + 3] * linear[k]).sum())
-    }
-
-    #[test]
-    fn about_and_across_describe_the_same_spring() {
-        let mut spring = SpatialMatrix::ZERO;
-        spring.add_along(N, R, 40.0);
-        spring.add_at(-R, 7.0);
-        let offset = DVec3::new(-0.4, 0.1, 0.2);
-        // The reference point of the spring lies at `offset` from the reference point of the twist.
-        let seen = Twist { angular: TWIST.angular, linear: TWIST.at(offset) };
-        let expected = spring.times(&seen);
-        assert!(near(&spring.about(offset).times(&TWIST), &expected.about(-offset)));
-        let close = |one: [f64; 6], other: [f64; 6]| one.iter().zip(&other).all(|(x, y)| (x - y).abs() < 1e-12);
-        assert!(close(product(&spring.to_rows(), &seen), numbers(&expected)));
-        assert!(close(product(&spring.across(offset), &TWIST), numbers(&expected)));
-    }
-
-    #[test]
-    fn solve_is_the_inverse_of_times() {
+    /// Returns a matrix that is not symmetric.
+    fn matrix() -> SpatialMatrix {
         let mut matrix = SpatialMatrix::of_body(0.02, DMat3::from_diagonal(DVec3::new(1e-5, 2e-5, 1.5e-5)));
         matrix.add_at(R, 1e-3);
         matrix.add_turning(1e-6);
         matrix.add_along(N, -R, 5e-3);
-        let twist = matrix.solve(&matrix.times(&TWIST)).expect("positive definite");
+        matrix.add_product(&Wrench::of_force_at(N * 2e-3, R), &Wrench::of_force_at(DVec3::Y, -R));
+        matrix
+    }
+
+    #[test]
+    fn matrices_of_other_reference_points_describe_the_same_force() {
+        let spring = matrix();
+        let offset = DVec3::new(-0.4, 0.1, 0.2);
+        let seen = Twist { angular: TWIST.angular, linear: TWIST.at(offset) };
+        let expected = spring.times(&seen);
+        assert!(near(&spring.from_twist_at(offset).times(&TWIST), &expected));
+        assert!(near(&spring.to_wrench_at(offset).times(&seen), &expected.about(-offset)));
+    }
+
+    #[test]
+    fn solve_is_the_inverse_of_times() {
+        let matrix = matrix();
+        let twist = matrix.solve(&matrix.times(&TWIST)).expect("not singular");
         assert!((twist.angular - TWIST.angular).length() < 1e-10 && (twist.linear - TWIST.linear).length() < 1e-11);
+    }
+
+    #[test]
+    fn between_is_the_product_of_three() {
+        let (matrix, mut other) = (matrix(), SpatialMatrix::ZERO);
+        other.add_product(&Wrench::of_force_at(N, -R), &Wrench::of_force_at(DVec3::X, R));
+        other.add_at(R, 0.3);
+        let inverse = matrix.inverse().expect("not singular");
+        let expected = other.times(&inverse.times(&matrix.times(&TWIST)));
+        assert!(near(&inverse.between(&other, &matrix).times(&TWIST), &expected));
     }
 
     #[test]

@@ -145,16 +145,19 @@ impl World {
             // Terms with known velocities are on the right-hand side.
             let still = |i: usize| if things[i].part.is_moved { Twist::default() } else { things[i].twist };
             given = given + -between.times(&relative_twist(&still(a), &still(b), shift));
+            let on_b = between.to_wrench_at(shift);
             if moved[0] {
                 let (own, load) = &mut things[a].part.system;
                 (*own, *load) = (*own + between, *load + given);
             }
             if moved[1] {
                 let (own, load) = &mut things[b].part.system;
-                (*own, *load) = (*own + between.about(shift), *load + -given.about(-shift));
+                (*own, *load) = (*own + on_b.from_twist_at(shift), *load + -given.about(-shift));
             }
             if moved == [true, true] {
-                system.take_between(things[a].part.slot, things[b].part.slot, &between.across(shift));
+                let [row, column] = [a, b].map(|i| things[i].part.slot);
+                system.take(row, column, between.from_twist_at(shift));
+                system.take(column, row, on_b);
             }
         }
         if is_alone {
@@ -165,8 +168,8 @@ impl World {
             return solved.is_some();
         }
         for (slot, k) in of.clone().enumerate() {
-            let (own, load) = &things[islands.body(k)].part.system;
-            system.set_own(slot, own.to_rows(), load);
+            let (own, load) = things[islands.body(k)].part.system;
+            system.set_own(slot, own, load);
         }
         if !system.solve() {
             return false;

@@ -1,29 +1,25 @@
 //! The linear system of the bodies that one implicit step moves together. Its matrix consists of
-//! 6×6 blocks: a diagonal block for each body, and an off-diagonal block for each pair of bodies in
-//! contact.
+//! 6×6 blocks: a diagonal block for each body, and two off-diagonal blocks for each pair of bodies
+//! in contact.
 //!
-//! The matrix is symmetric and positive definite, so it has a Cholesky factorisation. The
-//! factorisation is computed block by block, and zero blocks are skipped. Bodies with few
-//! neighbours should come first, because the elimination of a body couples all of its remaining
-//! neighbours (fill-in).
+//! Gaussian elimination works block by block, and skips zero blocks. The pivots are the diagonal
+//! blocks. Each contains the inertia and all contacts of its body, so it is not singular. Bodies
+//! with few neighbours should come first, because the elimination of a body couples all of its
+//! remaining neighbours (fill-in).
 
-use glam::DVec3;
-
-use crate::algebra::{Twist, Wrench};
-
-/// A matrix of 6×6; rotation before translation.
-pub(super) type Block = [[f64; 6]; 6];
-
-const ZERO: Block = [[0.0; 6]; 6];
+use crate::algebra::{Inverse, SpatialMatrix, Twist, Wrench};
 
 /// See the module's description.
 #[derive(Clone, Debug)]
 pub(super) struct BlockSystem {
-    /// Lower triangle, row by row.
-    blocks: Vec<Block>,
+    /// Row by row.
+    blocks: Vec<SpatialMatrix>,
     /// True for each block that is not zero.
     filled: Vec<bool>,
-    right: Vec<[f64; 6]>,
+    right: Vec<Wrench>,
+    /// Inverses of the pivots.
+    inverses: Vec<Inverse>,
+    twists: Vec<Twist>,
     /// Number of bodies.
     size: usize,
 }
@@ -31,149 +27,80 @@ pub(super) struct BlockSystem {
 impl BlockSystem {
     /// Allocates memory for at most `most` bodies.
     pub(super) fn new(most: usize) -> Self {
-        let count = most * (most + 1) / 2;
-        Self { blocks: vec![ZERO; count], filled: vec![false; count], right: vec![[0.0; 6]; most], size: 0 }
+        Self {
+            blocks: vec![SpatialMatrix::ZERO; most * most],
+            filled: vec![false; most * most],
+            right: vec![Wrench::ZERO; most],
+            inverses: Vec::with_capacity(most),
+            twists: vec![Twist::default(); most],
+            size: 0,
+        }
     }
 
     /// Returns an empty system of `size` bodies.
     pub(super) fn begin(&mut self, size: usize) {
         self.size = size;
-        self.filled[..size * (size + 1) / 2].fill(false);
-        self.right[..size].fill([0.0; 6]);
+        self.inverses.clear();
+        self.filled[..size * size].fill(false);
     }
 
     /// Sets the diagonal block and the right-hand side of body `i`.
-    pub(super) fn set_own(&mut self, i: usize, block: Block, right: &Wrench) {
-        let at = place(i, i);
-        (self.blocks[at], self.filled[at]) = (block, true);
-        let Wrench { torque, force } = right;
-        self.right[i] = [torque.x, torque.y, torque.z, force.x, force.y, force.z];
+    pub(super) fn set_own(&mut self, i: usize, block: SpatialMatrix, right: Wrench) {
+        self.take(i, i, SpatialMatrix::ZERO - block);
+        self.right[i] = right;
     }
 
-    /// Subtracts `block` from the block in row `i` and column `j`, and its transpose from the block
-    /// in row `j` and column `i`.
-    pub(super) fn take_between(&mut self, i: usize, j: usize, block: &Block) {
-        let at = place(i.max(j), i.min(j));
+    /// Subtracts `block` from the block in row `i` and column `j`.
+    pub(super) fn take(&mut self, i: usize, j: usize, block: SpatialMatrix) {
+        let at = self.place(i, j);
         if !std::mem::replace(&mut self.filled[at], true) {
-            self.blocks[at] = ZERO;
+            self.blocks[at] = SpatialMatrix::ZERO;
         }
-        let held = &mut self.blocks[at];
-        for r in 0..6 {
-            for c in 0..6 {
-                held[r][c] -= if i > j { block[r][c] } else { block[c][r] };
-            }
-        }
+        self.blocks[at] = self.blocks[at] - block;
     }
 
-    /// Solves the system. Returns false if the matrix is not positive definite, even if only
-    /// because of rounding.
+    /// Solves the system. Returns false if a pivot is singular.
     #[must_use]
     pub(super) fn solve(&mut self) -> bool {
         for k in 0..self.size {
-            let Some(factor) = factored(&self.blocks[place(k, k)]) else { return false };
-            self.blocks[place(k, k)] = factor;
-            solve_lower(&factor, &mut self.right[k]);
-            let solved = self.right[k];
+            let Some(inverse) = self.blocks[self.place(k, k)].inverse() else { return false };
+            // The solution without the bodies that are not eliminated yet.
+            self.twists[k] = inverse.times(&self.right[k]);
             for i in k + 1..self.size {
-                if self.filled[place(i, k)] {
-                    let block = &mut self.blocks[place(i, k)];
-                    block.iter_mut().for_each(|row| solve_lower(&factor, row));
-                    subtract(&mut self.right[i], |r| dot(&block[r], &solved));
+                if !self.filled[self.place(i, k)] {
+                    continue;
+                }
+                let below = self.blocks[self.place(i, k)];
+                self.right[i] = self.right[i] + -below.times(&self.twists[k]);
+                for j in k + 1..self.size {
+                    let beside = self.place(k, j);
+                    if self.filled[beside] {
+                        self.take(i, j, inverse.between(&below, &self.blocks[beside]));
+                    }
                 }
             }
-            self.eliminate(k);
+            self.inverses.push(inverse);
         }
         for k in (0..self.size).rev() {
-            let mut right = self.right[k];
-            for i in k + 1..self.size {
-                if self.filled[place(i, k)] {
-                    let (block, other) = (&self.blocks[place(i, k)], &self.right[i]);
-                    subtract(&mut right, |c| (0..6).map(|r| block[r][c] * other[r]).sum());
+            for j in k + 1..self.size {
+                let beside = self.place(k, j);
+                if self.filled[beside] {
+                    let known = self.blocks[beside].times(&self.twists[j]);
+                    self.twists[k] = self.twists[k] - self.inverses[k].times(&known);
                 }
             }
-            solve_upper(&self.blocks[place(k, k)], &mut right);
-            self.right[k] = right;
         }
-        self.right[..self.size].iter().flatten().all(|x| x.is_finite())
+        self.twists[..self.size].iter().all(Twist::is_finite)
     }
 
     /// Returns the twist of body `i`, after [`Self::solve`].
     pub(super) fn twist(&self, i: usize) -> Twist {
-        let [a, b, c, d, e, f] = self.right[i];
-        Twist { angular: DVec3::new(a, b, c), linear: DVec3::new(d, e, f) }
+        self.twists[i]
     }
 
-    /// Eliminates body `k`: adds the terms that couple its neighbours with each other.
-    fn eliminate(&mut self, k: usize) {
-        for i in k + 1..self.size {
-            if !self.filled[place(i, k)] {
-                continue;
-            }
-            for j in k + 1..=i {
-                if !self.filled[place(j, k)] {
-                    continue;
-                }
-                let (one, other) = (self.blocks[place(i, k)], self.blocks[place(j, k)]);
-                let at = place(i, j);
-                if !std::mem::replace(&mut self.filled[at], true) {
-                    self.blocks[at] = ZERO;
-                }
-                for (row, line) in self.blocks[at].iter_mut().zip(&one) {
-                    subtract(row, |c| dot(line, &other[c]));
-                }
-            }
-        }
-    }
-}
-
-/// Returns the index of block (i, j), with j ≤ i.
-fn place(i: usize, j: usize) -> usize {
-    i * (i + 1) / 2 + j
-}
-
-fn dot(one: &[f64; 6], other: &[f64; 6]) -> f64 {
-    one.iter().zip(other).map(|(x, y)| x * y).sum()
-}
-
-fn subtract(row: &mut [f64; 6], what: impl Fn(usize) -> f64) {
-    for (k, number) in row.iter_mut().enumerate() {
-        *number -= what(k);
-    }
-}
-
-/// Returns the Cholesky factor L of a block L Lᵀ, with zeros above the diagonal; `None` if the
-/// block is not positive definite.
-fn factored(block: &Block) -> Option<Block> {
-    let mut factor = ZERO;
-    for i in 0..6 {
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
-            let left = block[i][j] - sum;
-            factor[i][j] = if i > j {
-                left / factor[j][j]
-            } else if left > 0.0 && left.is_finite() {
-                left.sqrt()
-            } else {
-                return None;
-            };
-        }
-    }
-    Some(factor)
-}
-
-/// Replaces `row` by the solution y of L y = row.
-fn solve_lower(factor: &Block, row: &mut [f64; 6]) {
-    for i in 0..6 {
-        let sum: f64 = (0..i).map(|k| factor[i][k] * row[k]).sum();
-        row[i] = (row[i] - sum) / factor[i][i];
-    }
-}
-
-/// Replaces `row` by the solution x of Lᵀ x = row.
-fn solve_upper(factor: &Block, row: &mut [f64; 6]) {
-    for i in (0..6).rev() {
-        let sum: f64 = (i + 1..6).map(|k| factor[k][i] * row[k]).sum();
-        row[i] = (row[i] - sum) / factor[i][i];
+    /// Returns the index of a block.
+    fn place(&self, i: usize, j: usize) -> usize {
+        i * self.size + j
     }
 }
 
@@ -181,7 +108,7 @@ fn solve_upper(factor: &Block, row: &mut [f64; 6]) {
 mod tests {
     use super::*;
     use crate::algebra::Random;
-    use crate::algebra::SpatialMatrix;
+    use glam::DVec3;
 
     const SEED: u64 = 0x501e_0001;
 
@@ -189,8 +116,9 @@ mod tests {
         Twist { angular: random.vector(), linear: random.vector() }
     }
 
-    /// The system is that of bodies on springs, some of which are joined. If the right-hand side is
-    /// the product of the matrix and some twists, the solution must be these twists.
+    /// The system is that of bodies on springs, some of which are joined, also by forces that are
+    /// not symmetric. If the right-hand side is the product of the matrix and some twists, the
+    /// solution must be these twists.
     #[test]
     fn solution_inverts_multiplication_for_any_graph() {
         let mut random = Random::new(SEED);
@@ -212,13 +140,15 @@ mod tests {
                         let mut joint = SpatialMatrix::ZERO;
                         joint.add_along(DVec3::Y, DVec3::new(random.unit(), 0.0, 0.1), 0.5);
                         joint.add_at(DVec3::X * 0.05, 0.02);
+                        let gauge = Wrench::of_force_at(random.vector(), random.vector() * 0.1);
+                        joint.add_product(&Wrench::of_force_at(random.vector() * 0.01, DVec3::X * 0.05), &gauge);
                         joints.push((i, j, joint, shift));
                     }
                 }
             }
             for (i, j, joint, shift) in &joints {
                 own[*i] = own[*i] + *joint;
-                own[*j] = own[*j] + joint.about(*shift);
+                own[*j] = own[*j] + joint.to_wrench_at(*shift).from_twist_at(*shift);
                 let (one, other) = (twists[*i], twists[*j]);
                 let relative = Twist { angular: one.angular - other.angular, linear: one.linear - other.at(*shift) };
                 let pressed = joint.times(&relative);
@@ -230,10 +160,11 @@ mod tests {
             base.add_at(DVec3::ZERO, 1e-3);
             base.add_turning(1e-5);
             for (i, twist) in twists.iter().enumerate() {
-                system.set_own(i, own[i].to_rows(), &(right[i] + base.times(twist)));
+                system.set_own(i, own[i], right[i] + base.times(twist));
             }
             for (i, j, joint, shift) in &joints {
-                system.take_between(*i, *j, &joint.across(*shift));
+                system.take(*i, *j, joint.from_twist_at(*shift));
+                system.take(*j, *i, joint.to_wrench_at(*shift));
             }
             assert!(system.solve(), "{size} bodies, seed {SEED:#x}");
             for (i, twist) in twists.iter().enumerate() {
@@ -245,10 +176,10 @@ mod tests {
     }
 
     #[test]
-    fn indefinite_matrix_is_reported() {
+    fn singular_matrix_is_reported() {
         let mut system = BlockSystem::new(1);
         system.begin(1);
-        system.set_own(0, ZERO, &Wrench::ZERO);
+        system.set_own(0, SpatialMatrix::ZERO, Wrench::ZERO);
         assert!(!system.solve());
     }
 }
