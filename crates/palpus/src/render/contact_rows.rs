@@ -1,11 +1,16 @@
 //! Contacts in the implicit step, linear in the velocity at the end of the step (see `tool.rs`,
 //! steps 3 and 4).
 //!
+//! A pressing contact's force acts along its cluster's normal, which can be shaded or a mean. But
+//! the gap changes along the contact's own normal. So the matrix is not symmetric. With one
+//! direction for both, the loads of the step would differ from those of the next tick by several
+//! per cent where a tool slides over facets, and load and friction would change in turns.
+//!
 //! Friction is linearised as by Newton's method \[Wriggers 2006\]. While a contact slides, its
 //! force has the size of the limit and opposes the strain. A motion across the strain turns the
-//! force, and a motion along it changes nothing. A spring in all directions, with the ratio of
-//! force and strain as its stiffness, would also give this force, but the error would only halve
-//! in each round.
+//! force, and a motion along it changes nothing. The limit changes with the load. A spring in all
+//! directions, with the ratio of force and strain as its stiffness, would also give this force, but
+//! the error would only halve in each round.
 //!
 //! All vectors are relative to the tool's centre of mass. The velocity is relative to the other
 //! body, which may move.
@@ -15,6 +20,7 @@ use glam::DVec3;
 use super::{Forces, Settings};
 use crate::algebra::tolerance::COUPLING_SETTLED;
 use crate::algebra::{SpatialMatrix, Twist, Wrench};
+use crate::detect::Contact;
 
 /// The linearised contacts of one pair of bodies.
 #[derive(Clone, Debug)]
@@ -31,6 +37,8 @@ struct Load {
     stiffness: f64,
     /// Normal force at the end of the step, N; 0 if the whole cluster loses contact.
     predicted: f64,
+    /// The power of this wrench in a twist is the decrease of the predicted force, N.
+    decrease: Wrench,
 }
 
 /// A member's linearised normal force. The member has a part of the cluster's stiffness in
@@ -40,7 +48,10 @@ struct Load {
 struct NormalRow {
     /// Vector from the centre of mass, m.
     offset: DVec3,
+    /// Direction of the force.
     normal: DVec3,
+    /// Direction in which the gap widens: the member's own normal.
+    apart: DVec3,
     /// Normal force at the beginning of the step, N; negative beyond the contact offset.
     force: f64,
     /// Stiffness, N/m.
@@ -52,6 +63,20 @@ struct NormalRow {
     cluster: u32,
 }
 
+impl NormalRow {
+    /// Returns the wrench whose power in a twist is the decrease of the normal force in a step of
+    /// `h` seconds, N. The damper of `lag` seconds (damping over stiffness) acts along the force.
+    fn decrease(&self, h: f64, lag: f64) -> Wrench {
+        Wrench::of_force_at((self.apart * h + self.normal * lag) * self.stiffness, self.offset)
+    }
+
+    /// Returns the normal force at the end of a step with `twist`, N; negative if the member loses
+    /// contact.
+    fn force_after(&self, twist: &Twist, h: f64, lag: f64) -> f64 {
+        self.force - self.decrease(h, lag).power(twist)
+    }
+}
+
 /// A member's linearised friction.
 #[derive(Clone, Copy, Debug)]
 struct FrictionRow {
@@ -59,12 +84,12 @@ struct FrictionRow {
     normal: DVec3,
     /// z, the strain, m.
     strain: DVec3,
-    /// Tangential stiffness while the contact sticks, N/m.
-    stiffness: f64,
-    /// Stiffness for each newton of load at the end of the step, 1/m; 0 if the contact already had
-    /// a load.
+    /// Tangential stiffness at the beginning of the step, N/m; 0 without a load.
+    least_stiffness: f64,
+    /// Stiffness for each newton of load at the end of the step, 1/m.
     stiffening: f64,
-    /// Largest load that counts for friction, N.
+    /// Largest load that counts for the stiffness, N. It also limits the friction of a contact that
+    /// had no load.
     most: f64,
     coefficient: f64,
     /// The predicted friction.
@@ -75,7 +100,7 @@ struct FrictionRow {
     cluster: u32,
 }
 
-/// A friction force, linear in the strain at the end of the step.
+/// A friction force, linear in the twist of the step.
 #[derive(Clone, Copy, Debug)]
 enum Friction {
     /// The contact has no load.
@@ -84,22 +109,28 @@ enum Friction {
     Sticks(f64),
     /// The contact slides.
     Slides {
-        /// The force without strain along `across`, N.
-        force: DVec3,
-        /// Direction in the tangent plane, perpendicular to the force.
+        /// Direction of the strain.
+        along: DVec3,
+        /// Direction in the tangent plane, perpendicular to `along`.
         across: DVec3,
         /// Stiffness along `across`, N/m.
         stiffness: f64,
+        /// Size of the force without a twist, N.
+        limit: f64,
+        /// The power of this wrench in a twist is the decrease of the limit, N.
+        decrease: Wrench,
     },
 }
 
 impl Friction {
-    /// Returns the force on the tool with this `strain` (m) at the end of the step, N.
-    fn force(&self, strain: DVec3) -> DVec3 {
+    /// Returns the force on the tool in a step with `twist` and this `strain` (m) at its end, N.
+    fn force(&self, strain: DVec3, twist: &Twist) -> DVec3 {
         match *self {
             Self::None => DVec3::ZERO,
             Self::Sticks(stiffness) => strain * -stiffness,
-            Self::Slides { force, across, stiffness } => force - across * (stiffness * across.dot(strain)),
+            Self::Slides { along, across, stiffness, limit, decrease } => {
+                along * (decrease.power(twist) - limit) - across * (stiffness * across.dot(strain))
+            }
         }
     }
 }
@@ -112,7 +143,7 @@ impl FrictionRow {
 
     /// Returns the impulse of `friction` on the tool in a step of `h` seconds with `twist`.
     fn impulse(&self, friction: &Friction, twist: &Twist, h: f64) -> Wrench {
-        Wrench::of_force_at(friction.force(self.strain_after(twist, h)) * h, self.offset)
+        Wrench::of_force_at(friction.force(self.strain_after(twist, h), twist) * h, self.offset)
     }
 }
 
@@ -133,22 +164,27 @@ impl ContactRows {
         self.friction_rows.clear();
     }
 
-    /// Linearises `forces` about `center`, the centre of mass.
+    /// Linearises the `forces` of `contacts` about `center`, the centre of mass.
     ///
-    /// If a contact has no load yet, its friction is limited by its share of `most_load`. Without
-    /// this limit, bodies that jam would reach loads that are many times larger during the rounds.
-    pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, settings: &Settings) {
+    /// A contact can take over the load of another one within a step, for example where a tool
+    /// slides over an edge. So its friction stiffens with its load, up to its share of `most_load`.
+    /// If a contact has no load yet, this share also limits its friction. Without this limit,
+    /// bodies that jam would reach loads that are many times larger during the rounds.
+    pub(super) fn gather(&mut self, contacts: &[Contact], forces: &Forces, center: DVec3, settings: &Settings) {
         let contact_offset = settings.contact_offset();
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
-            self.clusters.push(Load { stiffness, predicted: 0.0 });
+            self.clusters.push(Load { stiffness, predicted: 0.0, decrease: Wrench::ZERO });
             for k in cluster.members() {
                 let stiffness = stiffness * forces.weights[k] / cluster.weight;
                 // The force is negative if the contact does not push yet.
                 let force = stiffness * (contact_offset - forces.separations[k]);
+                let own = contacts[forces.members[k] as usize].normal;
                 self.normal_rows.push(NormalRow {
                     offset: forces.places[k] - center,
                     normal: cluster.normal,
+                    // A member that its cluster pushes the other way has no stable solution.
+                    apart: if own.dot(cluster.normal) > 0.0 { own } else { cluster.normal },
                     force,
                     stiffness,
                     predicted: force,
@@ -158,18 +194,13 @@ impl ContactRows {
             }
             let Some(grips) = forces.grips.get(cluster.members()) else { continue };
             for grip in grips.iter().filter(|grip| grip.stiffening > 0.0) {
-                let (stiffening, most) = if grip.stiffness > 0.0 {
-                    (0.0, f64::INFINITY)
-                } else {
-                    (grip.stiffening, forces.most_load * (stiffness / settings.stiffness))
-                };
                 self.friction_rows.push(FrictionRow {
                     offset: grip.point - center,
                     normal: cluster.normal,
                     strain: grip.strain,
-                    stiffness: grip.stiffness,
-                    stiffening,
-                    most,
+                    least_stiffness: grip.stiffness,
+                    stiffening: grip.stiffening,
+                    most: forces.most_load * (stiffness / settings.stiffness),
                     coefficient: grip.coefficient,
                     predicted: if grip.stiffness > 0.0 { Friction::Sticks(grip.stiffness) } else { Friction::None },
                     acting: Friction::None,
@@ -183,7 +214,7 @@ impl ContactRows {
     /// contacts' damping over their stiffness.
     pub(super) fn add_to(&self, system: &mut SpatialMatrix, load: &mut Wrench, h: f64, lag: f64) {
         for row in self.normal_rows.iter().filter(|row| row.predicted > 0.0) {
-            system.add_along(row.normal, row.offset, h * row.stiffness * (h + lag));
+            system.add_product(&Wrench::of_force_at(row.normal * h, row.offset), &row.decrease(h, lag));
             *load = *load + Wrench::of_force_at(row.normal * (row.force * h), row.offset);
         }
         for row in &self.friction_rows {
@@ -193,11 +224,13 @@ impl ContactRows {
                     system.add_at(row.offset, h * h * stiffness);
                     system.add_along(row.normal, row.offset, -h * h * stiffness);
                 }
-                Friction::Slides { across, stiffness, .. } => {
+                Friction::Slides { along, across, stiffness, decrease, .. } => {
                     system.add_along(across, row.offset, h * h * stiffness);
+                    system.add_product(&Wrench::of_force_at(along * -h, row.offset), &decrease);
                 }
             }
-            *load = *load + Wrench::of_force_at(row.predicted.force(row.strain) * h, row.offset);
+            let unmoved = row.predicted.force(row.strain, &Twist::default());
+            *load = *load + Wrench::of_force_at(unmoved * h, row.offset);
         }
     }
 
@@ -208,34 +241,46 @@ impl ContactRows {
     }
 
     /// Predicts normal and friction forces at the end of the step if the tool moves with `twist`.
-    /// Returns true if the set of pressing contacts or a friction force has changed.
-    pub(super) fn revise(&mut self, twist: &Twist, h: f64, lag: f64) -> bool {
+    /// Returns true if the set of pressing contacts or a friction force has changed. If `follows`,
+    /// the system of the next round contains the change of friction limits with the loads.
+    pub(super) fn revise(&mut self, twist: &Twist, h: f64, lag: f64, follows: bool) -> bool {
         let mut news = false;
-        self.clusters.iter_mut().for_each(|cluster| cluster.predicted = 0.0);
+        self.clusters.iter_mut().for_each(|load| (load.predicted, load.decrease) = (0.0, Wrench::ZERO));
         for row in &mut self.normal_rows {
-            let speed = row.normal.dot(twist.at(row.offset));
-            let predicted = (row.force - row.stiffness * (h + lag) * speed).max(0.0);
+            let predicted = row.force_after(twist, h, lag).max(0.0);
             row.acts = row.predicted > 0.0;
             news |= (predicted > 0.0) != row.acts;
             row.predicted = predicted;
-            self.clusters[row.cluster as usize].predicted += predicted;
+            if predicted > 0.0 {
+                let load = &mut self.clusters[row.cluster as usize];
+                load.predicted += predicted;
+                load.decrease = load.decrease + row.decrease(h, lag);
+            }
         }
         for row in &mut self.friction_rows {
-            let load = self.clusters[row.cluster as usize].predicted.min(row.most);
-            if row.stiffening > 0.0 {
-                row.stiffness = row.stiffening * load;
-            }
+            let Load { predicted, decrease, .. } = self.clusters[row.cluster as usize];
+            let stiffness = row.least_stiffness.max(row.stiffening * predicted.min(row.most));
+            let is_limited = row.least_stiffness <= 0.0 && predicted > row.most;
+            let load = if is_limited { row.most } else { predicted };
             let strain = row.strain_after(twist, h);
             let (limit, length) = (row.coefficient * load, strain.length());
-            let friction = if row.stiffness <= 0.0 || limit <= 0.0 {
+            let friction = if stiffness <= 0.0 || limit <= 0.0 {
                 Friction::None
-            } else if row.stiffness * length > limit {
+            } else if stiffness * length > limit {
                 let along = strain / length;
-                Friction::Slides { force: along * -limit, across: row.normal.cross(along), stiffness: limit / length }
+                let decrease = if follows && !is_limited { decrease * row.coefficient } else { Wrench::ZERO };
+                Friction::Slides {
+                    along,
+                    across: row.normal.cross(along),
+                    stiffness: limit / length,
+                    limit: limit + decrease.power(twist),
+                    decrease,
+                }
             } else {
-                Friction::Sticks(row.stiffness)
+                Friction::Sticks(stiffness)
             };
-            news |= row.predicted.force(strain).distance(friction.force(strain)) > COUPLING_SETTLED * limit;
+            news |=
+                row.predicted.force(strain, twist).distance(friction.force(strain, twist)) > COUPLING_SETTLED * limit;
             (row.acting, row.predicted) = (row.predicted, friction);
         }
         news
@@ -245,12 +290,11 @@ impl ContactRows {
     /// a step of `h` seconds. The forces are those of the last solved system, and `twist` is its
     /// solution.
     pub(super) fn impulse(&self, twist: &Twist, h: f64, lag: f64) -> Wrench {
-        let normal_forces = self.normal_rows.iter().filter(|row| row.acts).map(|row| {
-            let speed = row.normal.dot(twist.at(row.offset));
-            Wrench::of_force_at(row.normal * (h * (row.force - row.stiffness * (h + lag) * speed)), row.offset)
-        });
+        let normal_forces = self.normal_rows.iter().filter(|row| row.acts);
+        let pressing =
+            normal_forces.map(|row| Wrench::of_force_at(row.normal * (h * row.force_after(twist, h, lag)), row.offset));
         let friction_forces = self.friction_rows.iter().map(|row| row.impulse(&row.acting, twist, h));
-        normal_forces.chain(friction_forces).fold(Wrench::ZERO, |sum, given| sum + given)
+        pressing.chain(friction_forces).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 
     /// Returns the impulse of the contacts on the tool, as in [`Self::impulse`], with the forces

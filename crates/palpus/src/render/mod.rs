@@ -4,6 +4,8 @@ mod anchor;
 #[cfg(test)]
 mod changed_tests;
 mod contact_rows;
+#[cfg(test)]
+mod contact_rows_tests;
 mod coupling;
 mod force_stage;
 #[cfg(test)]

@@ -10,8 +10,8 @@
 //! contacts. Along the line from guess to solution, its slope is the product of the unbalanced
 //! impulse and the direction of the line. If this slope is positive at the solution, the energy has
 //! its lowest point before the solution. This point, found by false position, is the next guess. So
-//! the energy falls in each round. With friction there is no energy, because the limit of friction
-//! depends on the load, but the slope is defined in the same way.
+//! the energy falls in each round. With friction or shaded forces there is no energy, but the slope
+//! is defined in the same way.
 
 use std::ops::Range;
 
@@ -47,9 +47,13 @@ impl World {
         }
         let first = self.slope_at(0.0, of.clone(), group, h);
         if first >= 0.0 {
-            // Friction can reverse the slope at the guess. Then the line shows no lowest point.
-            self.slope_at(1.0, of, group, h);
-            return false;
+            // Friction can reverse the slope at the guess. Then the line shows no lowest point. The
+            // middle of the line ends a cycle of two guesses. Where bodies jam, friction can grow
+            // with a load that it causes itself. Limits that do not follow the load within a round
+            // avoid this.
+            self.limits_follow = false;
+            self.slope_at(0.5, of, group, h);
+            return true;
         }
         let mut low = (0.0, first);
         for _ in 0..SEARCH_TRIES {

@@ -43,10 +43,10 @@
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
 //!
-//!    The matrix is positive definite at any stiffness, mass and speed. Forces between two bodies
-//!    are equal and opposite within the step, so contacts conserve the total momentum. If a tool
-//!    touches no movable body, its wrench is bit-identical to the wrench in a world without movable
-//!    bodies.
+//!    Without friction and shading, the matrix is symmetric and positive definite at any stiffness,
+//!    mass and speed. Forces between two bodies are equal and opposite within the step, so contacts
+//!    conserve the total momentum. If a tool touches no movable body, its wrench is bit-identical to
+//!    the wrench in a world without movable bodies.
 //! 5. *Feel*: add the vibration of impacts to each tool's wrench, and limit it to the device's
 //!    limits.
 //!
@@ -112,6 +112,8 @@ pub struct World {
     broad: Broad,
     islands: Islands,
     system: BlockSystem,
+    /// True if the systems of the next rounds contain the change of friction limits with the loads.
+    limits_follow: bool,
     /// Bodies farther apart than this plus their motion do not touch, m.
     margin: f64,
     /// The margin of the boxes of fixed bodies, m; NaN if one of these bodies was added or moved.
@@ -177,6 +179,7 @@ impl World {
             broad: Broad::default(),
             islands: Islands::default(),
             system: BlockSystem::new(0),
+            limits_follow: true,
             margin: settings.contact_tolerance,
             boxed_with: f64::NAN,
             steps: 0,

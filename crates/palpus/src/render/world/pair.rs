@@ -216,7 +216,7 @@ impl Pair {
             self.forces.place(&b.pose);
         }
         if implicit {
-            self.rows.gather(&self.forces, a.center, &self.settings);
+            self.rows.gather(&self.contacts, &self.forces, a.center, &self.settings);
         } else {
             self.rows.clear();
         }
@@ -260,10 +260,11 @@ impl Pair {
     }
 
     /// Predicts the contact forces if a moves with `twist` relative to b. Returns true if the
-    /// set of pressing contacts or a friction force has changed.
-    pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {
+    /// set of pressing contacts or a friction force has changed. For `follows` see
+    /// [`ContactRows::revise`].
+    pub(super) fn revise(&mut self, twist: &Twist, h: f64, follows: bool) -> bool {
         let lag = self.lag();
-        self.rows.revise(twist, h, lag)
+        self.rows.revise(twist, h, lag, follows)
     }
 
     /// Returns the number of clusters that lose contact within the step.

@@ -83,6 +83,7 @@ impl World {
             self.things[self.islands.body(k)].part.slot = slot;
         }
         let group = self.islands.group(self.islands.body(of.start));
+        self.limits_follow = true;
         // A contact that slides in one step mostly slides in the next step. A start with sticking
         // contacts would need many rounds.
         self.predict(group, h, |pair| pair.settings().friction.is_some());
@@ -115,7 +116,7 @@ impl World {
         for &k in &self.near {
             let pair = &mut self.pairs[k as usize];
             if pair.group == group && chosen(pair) {
-                news |= pair.revise(&relative_to(&self.things, pair.bodies), h);
+                news |= pair.revise(&relative_to(&self.things, pair.bodies), h, self.limits_follow);
             }
         }
         news
