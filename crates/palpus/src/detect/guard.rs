@@ -236,7 +236,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::algebra::NoClock;
+    use crate::algebra::{NoClock, Random};
     use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
     use crate::detect::{ContactQuery, QuerySettings};
 
@@ -376,5 +376,58 @@ mod tests {
         {
             assert_eq!(sub_steps(travel, TOLERANCE), parts, "{travel}");
         }
+    }
+
+    /// Returns a table with raised rims at x = ±50 mm; its top is at z = 0.
+    fn table() -> Arc<Body> {
+        let (half, thick, high) = (0.05, 1e-3, 4e-3);
+        let (inner, mut soup) = (half - thick, PolygonSoup::new());
+        let profile = [
+            (-half, -thick),
+            (half, -thick),
+            (half, high),
+            (inner, high),
+            (inner, 0.0),
+            (-inner, 0.0),
+            (-inner, high),
+            (-half, high),
+        ];
+        for y in [-half, half] {
+            soup.vertices.extend(profile.map(|(x, z)| DVec3::new(x, y, z)));
+        }
+        for k in 0..8 {
+            let next = (k + 1) % 8;
+            soup.push_face(&[k, next, next + 8, k + 8]);
+        }
+        for [i, j, k, l] in [[0, 1, 4, 5], [1, 2, 3, 4], [0, 5, 6, 7]] {
+            soup.push_face(&[l, k, j, i]);
+            soup.push_face(&[i + 8, j + 8, k + 8, l + 8]);
+        }
+        build(&soup)
+    }
+
+    /// Sub-steps once took a depth that the query rejects, along a normal to a far edge.
+    #[test]
+    fn contacts_in_fast_ticks_are_near_the_probe() {
+        const SEED: u64 = 0x6a2d_0001;
+        let (mut random, table) = (Random::new(SEED), table());
+        let probes = [DVec3::new(2e-3, 3e-3, 2e-4), DVec3::new(6e-3, 8e-3, 1e-3)].map(cuboid);
+        let mut touched = 0;
+        for throw in 0..6500 {
+            let mut query = query(probes[throw % 2].clone(), table.clone(), true);
+            let start = DVec3::new(0.04 * random.vector().x, 0.04 * random.vector().y, 3e-3);
+            let (step, turn) = (random.vector() * 4e-3 - DVec3::Z * 1e-3, random.vector() * 0.5);
+            for tick in 0..8 {
+                let place = start + step * f64::from(tick);
+                let pose = Pose::new(DQuat::from_scaled_axis(turn * f64::from(tick)), place);
+                for contact in query.contacts(&pose) {
+                    touched += 1;
+                    // The guard may hold the probe far below the top.
+                    let off = (contact.midpoint() - place).reject_from_normalized(DVec3::Z).length();
+                    assert!(off < 0.02, "seed {SEED:#x}, throw {throw}, tick {tick}: {off} m, {contact:?}");
+                }
+            }
+        }
+        assert!(touched > 1000, "{touched}");
     }
 }
