@@ -1,10 +1,11 @@
 //! Contacts in the implicit step, linear in the velocity at the end of the step (see `tool.rs`,
 //! steps 3 and 4).
 //!
-//! A pressing contact's force acts along its cluster's normal, which can be shaded or a mean. But
-//! the gap changes along the contact's own normal. So the matrix is not symmetric. With one
-//! direction for both, the loads of the step would differ from those of the next tick by several
-//! per cent where a tool slides over facets, and load and friction would change in turns.
+//! The force of a pressing contact can act along a shaded normal, but its gap changes along its own
+//! normal. So the matrix is not symmetric. With one direction for both, the loads of the step would
+//! differ from those of the next tick by several per cent where a tool slides over facets, and load
+//! and friction would change in turns. The members of a cluster of several contacts have the
+//! cluster's normal in both places: as one contact, they have one gap.
 //!
 //! Friction is linearised as by Newton's method \[Wriggers 2006\]. While a contact slides, its
 //! force has the size of the limit and opposes the strain. A motion across the strain turns the
@@ -50,7 +51,7 @@ struct NormalRow {
     offset: DVec3,
     /// Direction of the force.
     normal: DVec3,
-    /// Direction in which the gap widens: the member's own normal.
+    /// Direction in which the gap widens.
     apart: DVec3,
     /// Normal force at the beginning of the step, N; negative beyond the contact offset.
     force: f64,
@@ -175,6 +176,7 @@ impl ContactRows {
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             self.clusters.push(Load { stiffness, predicted: 0.0, decrease: Wrench::ZERO });
+            let is_alone = cluster.members().len() == 1;
             for k in cluster.members() {
                 let stiffness = stiffness * forces.weights[k] / cluster.weight;
                 // The force is negative if the contact does not push yet.
@@ -183,8 +185,7 @@ impl ContactRows {
                 self.normal_rows.push(NormalRow {
                     offset: forces.places[k] - center,
                     normal: cluster.normal,
-                    // A member that its cluster pushes the other way has no stable solution.
-                    apart: if own.dot(cluster.normal) > 0.0 { own } else { cluster.normal },
+                    apart: if is_alone { own } else { cluster.normal },
                     force,
                     stiffness,
                     predicted: force,
