@@ -3,7 +3,7 @@
 use super::super::represent;
 use super::super::testing::{Random, contact};
 use super::*;
-use crate::algebra::tolerance::FRICTION_HEALS;
+use crate::algebra::tolerance::{FRICTION_HEALS, FRICTION_WEAKENS};
 use glam::DQuat;
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,8 +13,20 @@ const SETTINGS: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
 const NORMAL_FORCE: f64 = 2.0;
 
-/// Runs one tick of one cluster. Returns the friction on a.
+/// Runs one tick of one cluster in direct rendering. Returns the friction on a.
 fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, normal_force: f64) -> DVec3 {
+    tick_behind(0.0, tracker, contacts, pose_ba, normal_force)
+}
+
+/// Runs one tick of one cluster behind a coupling of this `compliance` (m/N). Returns the friction
+/// on a.
+fn tick_behind(
+    compliance: f64,
+    tracker: &mut FrictionTracker,
+    contacts: &[Contact],
+    pose_ba: Pose,
+    normal_force: f64,
+) -> DVec3 {
     let members: Vec<u32> = (0..contacts.len() as u32).collect();
     let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
     let weights: Vec<f64> = contacts.iter().map(|contact| T - contact.separation).collect();
@@ -28,7 +40,7 @@ fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, norm
         loads: &[normal_force],
         most: normal_force,
         reach: 4e-3,
-        compliance: 0.0,
+        compliance,
         elapsed: 1e-3,
         pose_ba,
     };
@@ -84,6 +96,23 @@ fn a_dragged_block_sticks_then_slides_then_sticks_again() {
         assert!((tick(&mut tracker, &[contact], pose, 0.1).x - held).abs() < 1e-12);
     }
     assert_eq!(tick(&mut tracker, &[contact], pose, 0.0), DVec3::ZERO);
+}
+
+#[test]
+fn friction_falls_over_a_longer_slip_behind_a_soft_coupling() {
+    // Friction falls over the greatest elastic strain, 1 mm, and as much again for the coupling.
+    let compliance = 1e-3 / FRICTION_WEAKENS;
+    let mut tracker = FrictionTracker::new(8);
+    for k in 0..=3200 {
+        let moved = 1e-6 * f64::from(k);
+        let (contact, pose) = block(DVec3::X * moved);
+        let force = -tick_behind(compliance, &mut tracker, &[contact], pose, NORMAL_FORCE).x;
+        // While friction falls from 1 to 0.6 N, the spring shortens by 0.4 mm. So the block moves by
+        // 1.6 mm in these 2 mm of slip.
+        let slip = (moved - 1e-3).max(0.0);
+        let expected = if moved < 1e-3 { 1000.0 * moved } else { (1.0 - 0.25 * 1e3 * slip).max(0.6) };
+        assert!((force - expected).abs() < 2e-3, "{force} N instead of {expected} N after {moved} m");
+    }
 }
 
 #[test]
