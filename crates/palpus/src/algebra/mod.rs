@@ -31,7 +31,7 @@ pub use rotation::{rotation_between, rotation_vector};
 pub(crate) use rounds::{Job, Rounds};
 pub(crate) use sets::representative;
 pub use spatial::{Twist, Wrench};
-pub use spatial_matrix::{Inverse, SpatialMatrix};
+pub use spatial_matrix::{SpatialInverse, SpatialMatrix};
 pub use symmetric::eigen;
 pub use work::{Quota, Work};
 pub use workers::{Alone, Workers, both, map_in_order};

@@ -96,7 +96,7 @@ impl SpatialMatrix {
     /// Returns the inverse of the matrix; `None` if a block of the elimination is singular.
     ///
     /// The method eliminates translation first, and then inverts the Schur complement of rotation.
-    pub fn inverse(&self) -> Option<Inverse> {
+    pub fn inverse(&self) -> Option<SpatialInverse> {
         if self.force_moving.determinant() == 0.0 {
             return None;
         }
@@ -107,7 +107,7 @@ impl SpatialMatrix {
             return None;
         }
         let turning = left.inverse();
-        (turning.is_finite() && moving.is_finite()).then_some(Inverse { turning, carried, carrying, moving })
+        (turning.is_finite() && moving.is_finite()).then_some(SpatialInverse { turning, carried, carrying, moving })
     }
 
     /// Returns the twist for which the product is `wrench`; `None` as in [`Self::inverse`].
@@ -119,7 +119,7 @@ impl SpatialMatrix {
 
 /// The inverse of a [`SpatialMatrix`]: it maps wrenches to twists.
 #[derive(Clone, Copy, Debug)]
-pub struct Inverse {
+pub struct SpatialInverse {
     /// Inverse of the Schur complement of rotation.
     turning: DMat3,
     /// Torque for each force, where nothing turns.
@@ -130,7 +130,7 @@ pub struct Inverse {
     moving: DMat3,
 }
 
-impl Inverse {
+impl SpatialInverse {
     /// Returns the product of the inverse and `wrench`.
     pub fn times(&self, wrench: &Wrench) -> Twist {
         let angular = self.turning * (wrench.torque - self.carried * wrench.force);

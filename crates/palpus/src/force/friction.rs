@@ -56,8 +56,8 @@
 //! without load at the beginning of a step may have a load at its end. For example, a tool that
 //! slides over the edge of a facet lifts off and presses again in the same step. So the step gives
 //! each contact at least its share of the load at the end of the last step. The contacts that share
-//! a load are together as stiff as one contact. An unloaded contact keeps its strain, and its
-//! stiffness grows with the load that the step gives it.
+//! a load are together as stiff as one contact. A contact with little or no load keeps its strain,
+//! and its stiffness grows with the load that the step gives it.
 //!
 //! Deviations from HA00: static and dynamic coefficients with slip weakening between them replace
 //! the elasto-plastic transition. If the contact point moves farther than the reach from x (the

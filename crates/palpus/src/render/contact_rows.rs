@@ -70,12 +70,6 @@ impl NormalRow {
     fn decrease(&self, h: f64, lag: f64) -> Wrench {
         Wrench::of_force_at((self.apart * h + self.normal * lag) * self.stiffness, self.offset)
     }
-
-    /// Returns the normal force at the end of a step with `twist`, N; negative if the member loses
-    /// contact.
-    fn force_after(&self, twist: &Twist, h: f64, lag: f64) -> f64 {
-        self.force - self.decrease(h, lag).power(twist)
-    }
 }
 
 /// A member's linearised friction.
@@ -248,14 +242,15 @@ impl ContactRows {
         let mut news = false;
         self.clusters.iter_mut().for_each(|load| (load.predicted, load.decrease) = (0.0, Wrench::ZERO));
         for row in &mut self.normal_rows {
-            let predicted = row.force_after(twist, h, lag).max(0.0);
+            let decrease = row.decrease(h, lag);
+            let predicted = (row.force - decrease.power(twist)).max(0.0);
             row.acts = row.predicted > 0.0;
             news |= (predicted > 0.0) != row.acts;
             row.predicted = predicted;
             if predicted > 0.0 {
                 let load = &mut self.clusters[row.cluster as usize];
                 load.predicted += predicted;
-                load.decrease = load.decrease + row.decrease(h, lag);
+                load.decrease = load.decrease + decrease;
             }
         }
         for row in &mut self.friction_rows {
@@ -292,8 +287,10 @@ impl ContactRows {
     /// solution.
     pub(super) fn impulse(&self, twist: &Twist, h: f64, lag: f64) -> Wrench {
         let normal_forces = self.normal_rows.iter().filter(|row| row.acts);
-        let pressing =
-            normal_forces.map(|row| Wrench::of_force_at(row.normal * (h * row.force_after(twist, h, lag)), row.offset));
+        let pressing = normal_forces.map(|row| {
+            let force = row.force - row.decrease(h, lag).power(twist);
+            Wrench::of_force_at(row.normal * (h * force), row.offset)
+        });
         let friction_forces = self.friction_rows.iter().map(|row| row.impulse(&row.acting, twist, h));
         pressing.chain(friction_forces).fold(Wrench::ZERO, |sum, given| sum + given)
     }

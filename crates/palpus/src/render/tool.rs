@@ -11,9 +11,10 @@
 //!    mass starts at rest, and removed mass takes its momentum away, so neither adds energy.
 //! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, where e is the vector from the tool's
 //!    grip to the device's grip. The formula for rotation is analogous.
-//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. A
-//!    contact that would pull is left out. A contact that does not push yet is included if the step
-//!    brings the tool near enough.
+//! 3. *Contacts*: k (w − h g·v′) − b n·v′ along each cluster's normal n, with b in proportion to k.
+//!    g is the direction in which the gap widens, which differs from a shaded n. A contact that
+//!    would pull is left out. A contact that does not push yet is included if the step brings the
+//!    tool near enough.
 //! 4. *Friction*: −k_t (z + h v′) in the tangent plane while the contact sticks. While it slides,
 //!    the force has the size μ F_n, opposes z + h v′ and is linearised about the last solution
 //!    (`contact_rows.rs`).
@@ -28,10 +29,14 @@
 //!    unexamined surfaces. In contact it moves on slowly, because a stop there would give a force
 //!    without a contact. The device gets the reversed coupling force at V′.
 //!
-//! All matrices of the sum are positive semi-definite, and the coupling's matrix is definite. So
-//! the step has a solution at any stiffness, even with mass 0, and errors do not grow. The spring's
-//! force is limited to the device's present force limit. So a hand that is stronger than the device
-//! does not press the tool into the wall.
+//! Without shading and sliding friction, all matrices of the sum are positive semi-definite, and
+//! the coupling's matrix is definite. So the step has a solution at any stiffness, even with mass
+//! 0, and errors do not grow. With them there is no such proof. The greatest stable stiffness and
+//! the energy given to the hand are measured (`docs/feel.md`), and a step without a solution is
+//! counted as a reset.
+//!
+//! The spring's force is limited to the device's present force limit. So a hand that is stronger
+//! than the device does not press the tool into the wall.
 //!
 //! Deviations from OL06: the derivatives of normals and lever arms are left out, because they are
 //! small over a tick and can make the matrix indefinite. The gyroscopic torque is left out, because

@@ -107,8 +107,8 @@ fn friction_falls_over_a_longer_slip_behind_a_soft_coupling() {
         let moved = 1e-6 * f64::from(k);
         let (contact, pose) = block(DVec3::X * moved);
         let force = -tick_behind(compliance, &mut tracker, &[contact], pose, NORMAL_FORCE).x;
-        // While friction falls from 1 to 0.6 N, the spring shortens by 0.4 mm. So the block moves by
-        // 1.6 mm in these 2 mm of slip.
+        // While friction falls from 1 to 0.6 N, the spring shortens by 0.4 mm. So the block moves
+        // by 1.6 mm in these 2 mm of slip.
         let slip = (moved - 1e-3).max(0.0);
         let expected = if moved < 1e-3 { 1000.0 * moved } else { (1.0 - 0.25 * 1e3 * slip).max(0.6) };
         assert!((force - expected).abs() < 2e-3, "{force} N instead of {expected} N after {moved} m");

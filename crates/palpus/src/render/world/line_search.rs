@@ -25,7 +25,9 @@ use crate::algebra::tolerance::{SEARCH_SLOPE, SEARCH_TRIES};
 impl World {
     /// Sets the next guess of the bodies at `of`, whose twists are the solution of a round. If the
     /// solution is beyond the lowest point of the line from the guess, the twists are moved back to
-    /// this point and the contact forces are predicted there. Returns true if they are moved.
+    /// this point. If the line shows no lowest point, they are moved to its middle, and the limits
+    /// of friction no longer follow the loads. The contact forces are predicted at the new twists.
+    /// Returns true if the twists are moved.
     pub(super) fn search(&mut self, of: Range<usize>, group: u32, h: f64) -> bool {
         for k in of.clone() {
             let part = &mut self.things[self.islands.body(k)].part;

@@ -45,8 +45,8 @@
 //!
 //!    Without friction and shading, the matrix is symmetric and positive definite at any stiffness,
 //!    mass and speed. Forces between two bodies are equal and opposite within the step, so contacts
-//!    conserve the total momentum. If a tool touches no movable body, its wrench is bit-identical to
-//!    the wrench in a world without movable bodies.
+//!    conserve the total momentum. If a tool touches no movable body, its wrench is bit-identical
+//!    to the wrench in a world without movable bodies.
 //! 5. *Feel*: add the vibration of impacts to each tool's wrench, and limit it to the device's
 //!    limits.
 //!
@@ -112,7 +112,8 @@ pub struct World {
     broad: Broad,
     islands: Islands,
     system: BlockSystem,
-    /// True if the systems of the next rounds contain the change of friction limits with the loads.
+    /// True if the systems of the next rounds contain the change of friction limits with the loads
+    /// (`line_search.rs`).
     limits_follow: bool,
     /// Bodies farther apart than this plus their motion do not touch, m.
     margin: f64,

@@ -3,11 +3,12 @@
 //! in contact.
 //!
 //! Gaussian elimination works block by block, and skips zero blocks. The pivots are the diagonal
-//! blocks. Each contains the inertia and all contacts of its body, so it is not singular. Bodies
-//! with few neighbours should come first, because the elimination of a body couples all of its
-//! remaining neighbours (fill-in).
+//! blocks. If the matrix is symmetric, it is positive definite, and so is each pivot. Shaded forces
+//! and sliding friction add terms that are not symmetric; a singular pivot is reported. Bodies with
+//! few neighbours should come first, because the elimination of a body couples all of its remaining
+//! neighbours (fill-in).
 
-use crate::algebra::{Inverse, SpatialMatrix, Twist, Wrench};
+use crate::algebra::{SpatialInverse, SpatialMatrix, Twist, Wrench};
 
 /// See the module's description.
 #[derive(Clone, Debug)]
@@ -18,7 +19,7 @@ pub(super) struct BlockSystem {
     filled: Vec<bool>,
     right: Vec<Wrench>,
     /// Inverses of the pivots.
-    inverses: Vec<Inverse>,
+    inverses: Vec<SpatialInverse>,
     twists: Vec<Twist>,
     /// Number of bodies.
     size: usize,
@@ -46,7 +47,8 @@ impl BlockSystem {
 
     /// Sets the diagonal block and the right-hand side of body `i`.
     pub(super) fn set_own(&mut self, i: usize, block: SpatialMatrix, right: Wrench) {
-        self.take(i, i, SpatialMatrix::ZERO - block);
+        let at = self.place(i, i);
+        (self.blocks[at], self.filled[at]) = (block, true);
         self.right[i] = right;
     }
 
