@@ -171,10 +171,11 @@ def test_memory_does_not_grow(peg: palpus.Body, bracket: palpus.Body, poses: Arr
     if not pathlib.Path("/proc/self/status").exists():
         pytest.skip("this system does not report the memory of a process")
     block = np.tile(poses, (5, 1))
-    for _ in range(5):
-        palpus.query(peg, bracket, block, 0.5)
+    for _ in range(20):
+        results = palpus.query(peg, bracket, block, 0.5)
     before = resident()
-    for _ in range(15):
+    for _ in range(100):
         palpus.query(peg, bracket, block, 0.5)
-    # The results of a block take about 1 MB.
-    assert resident() - before < 4000
+    # An allocator may keep some freed memory, a few results at most. A leak of one result in ten would show.
+    leak = 100 * sum(rows.nbytes for rows in results) // 1024
+    assert resident() - before < leak / 10
