@@ -41,9 +41,9 @@ impl<'q> Apart<'q> {
     pub(super) fn new(input: &'q QueryInput<'q>, leaf: &'q LeafPair, closest: &'q Closest) -> Self {
         let outward = [input.place.inverse_vector(-closest.normal), closest.normal];
         let normals = input.admissible_normals(leaf);
-        let present = Self { input, leaf, closest, normals, outward, admitted: [false; 2] };
-        let admitted = [present.admits_a(ADMISSIBLE_ANGLE), present.admits_b(ADMISSIBLE_ANGLE)];
-        Self { admitted, ..present }
+        let mut apart = Self { input, leaf, closest, normals, outward, admitted: [false; 2] };
+        apart.admitted = [apart.admits_a(ADMISSIBLE_ANGLE), apart.admits_b(ADMISSIBLE_ANGLE)];
+        apart
     }
 
     /// Returns true if the closest point of a lies on the mesh, and the direction of the closest

@@ -112,18 +112,15 @@ impl Admissible {
     /// Returns the admissible normals of piece `k`, whose shape is `polytope`.
     #[inline]
     pub fn of<'a>(&'a self, k: u32, polytope: &'a Polytope, mesh: &'a Mesh) -> AdmissibleNormals<'a> {
-        let (from, to) = (self.pieces[k as usize], self.pieces[k as usize + 1]);
+        let [from, to] = [self.pieces[k as usize], self.pieces[k as usize + 1]];
         AdmissibleNormals {
             all: self,
             mesh,
             polytope,
+            piece: k,
             faces: &self.faces[from.faces as usize..to.faces as usize],
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
             arcs: &self.arcs[from.arcs as usize..to.arcs as usize],
-            valleys: self.valleys_of(k),
-            corners: &self.corners[from.corners as usize..to.corners as usize],
-            // While the caps are computed, their list is empty.
-            cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),
         }
     }
 
@@ -175,12 +172,11 @@ pub struct AdmissibleNormals<'a> {
     all: &'a Admissible,
     mesh: &'a Mesh,
     polytope: &'a Polytope,
+    /// Index of the piece.
+    piece: u32,
     faces: &'a [SurfaceFace],
     borrowed: &'a [Borrowed],
     arcs: &'a [SurfaceArc],
-    valleys: &'a [Valley],
-    corners: &'a [u32],
-    cap: Cap,
 }
 
 impl<'a> AdmissibleNormals<'a> {
@@ -193,7 +189,8 @@ impl<'a> AdmissibleNormals<'a> {
     /// Returns a cap that contains all admissible normals of the piece.
     #[inline]
     pub fn cap(&self) -> Cap {
-        self.cap
+        // While the caps are computed, their list is empty.
+        self.all.caps.get(self.piece as usize).copied().unwrap_or(Cap::WHOLE)
     }
 
     /// Returns the faces in which triangles of the patch lie, by ascending index.
@@ -212,6 +209,12 @@ impl<'a> AdmissibleNormals<'a> {
     #[inline]
     pub fn arcs(&self) -> &'a [SurfaceArc] {
         self.arcs
+    }
+
+    /// Returns the mesh vertex at a vertex of the piece, or [`NONE`].
+    #[inline]
+    fn corner(&self, vertex: u32) -> u32 {
+        self.all.corners[self.all.pieces[self.piece as usize].corners as usize + vertex as usize]
     }
 
     /// Returns the unit normals at the two ends of an arc, left and right.
@@ -351,7 +354,7 @@ impl<'a> AdmissibleNormals<'a> {
 
     /// As [`Self::vertex_admits`], within `angle` (rad).
     fn vertex_admits_within(&self, vertex: u32, direction: DVec3, angle: f64) -> bool {
-        self.all.is_highest(self.corners[vertex as usize], direction, angle) && self.vertex_faces(vertex, direction)
+        self.all.is_highest(self.corner(vertex), direction, angle) && self.vertex_faces(vertex, direction)
     }
 
     /// Returns the normal of a surface face at `feature` whose plane the mesh continues beyond the
@@ -369,7 +372,7 @@ impl<'a> AdmissibleNormals<'a> {
             let is_near = upright > 0.0 && (outward - normal * upright).length() < slope * upright;
             let is_flat = is_near
                 && self.surface_face(face).is_some()
-                && vertices.iter().all(|&v| self.all.continues(self.corners[v as usize], normal, outward));
+                && vertices.iter().all(|&v| self.all.continues(self.corner(v), normal, outward));
             is_flat.then_some(normal)
         };
         match feature {

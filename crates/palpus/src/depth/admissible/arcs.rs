@@ -57,11 +57,10 @@ impl Search<'_> {
             }
             // The last support rejects most arcs.
             if dips(self.b, own, self.point_a, self.bar) {
-                let arc = Arc::of(self.b, own);
-                let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(arc.left + arc.right));
+                let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(left + right));
                 self.look_from_a(a);
                 if dips(self.b, own, self.point_a, self.bar) {
-                    self.keep(arcs_b, arc);
+                    self.keep(arcs_b, Arc::of(self.b, own));
                 }
             }
         }
@@ -75,11 +74,11 @@ impl Search<'_> {
                 continue;
             }
             if dips(self.a, own, self.point_b, self.bar) {
-                let arc = Arc::of(self.a, own).reflected(self.cso.pose_ba);
-                let b = self.cso.b.support_from(self.hub.b, arc.left + arc.right);
+                let [left, right] = [left, right].map(|normal| -self.cso.pose_ba.vector(normal));
+                let b = self.cso.b.support_from(self.hub.b, left + right);
                 self.look_from_b(b);
                 if dips(self.a, own, self.point_b, self.bar) {
-                    self.keep(arcs_a, arc);
+                    self.keep(arcs_a, Arc::of(self.a, own).reflected(self.cso.pose_ba));
                 }
             }
         }

@@ -56,7 +56,7 @@ impl AdmissibleNormals<'_> {
     /// Returns the bound for the directions of a vertex; infinite if the vertex has no admissible
     /// directions, or if the bound is not below `least`.
     fn angle_to_vertex(&self, vertex: u32, direction: DVec3, least: f64) -> f64 {
-        let corner = self.corners[vertex as usize];
+        let corner = self.corner(vertex);
         if corner == NONE {
             return f64::INFINITY;
         }

@@ -90,7 +90,7 @@ impl Admissible {
         };
         let rises = |edge, normal| self.rises(edge, normal, ADMISSIBLE_ANGLE);
         let is_flat = |edge: DVec3| !rises(edge, normal) && !rises(edge, -normal);
-        let v = own.corners[at(i) as usize];
+        let v = own.corner(at(i));
         self.is_highest(v, normal, ADMISSIBLE_ANGLE)
             && self.edges(v).iter().any(|&edge| is_flat(edge) && is_beyond(edge))
     }

@@ -94,7 +94,7 @@ impl Admissible {
         let axis = planes().sum::<DVec3>().normalize_or_zero();
         let mut least = planes().map(|normal| axis.dot(normal)).fold(1.0, f64::min).acos();
         for v in 0..own.polytope().vertices().len() as u32 {
-            let corner = own.corners[v as usize];
+            let corner = own.corner(v);
             if corner == NONE || own.polytope().ring(v).iter().all(|spoke| own.surface_face(spoke.left).is_none()) {
                 continue;
             }

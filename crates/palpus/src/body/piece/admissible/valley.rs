@@ -103,7 +103,7 @@ impl Admissible {
 impl<'a> AdmissibleNormals<'a> {
     /// Returns the valleys that are at `feature`, or border the virtual face `feature`.
     pub(crate) fn valleys_at(&self, feature: Feature) -> impl Iterator<Item = &'a Valley> {
-        self.valleys.iter().filter(move |valley| valley.is_at(feature))
+        self.all.valleys_of(self.piece).iter().filter(move |valley| valley.is_at(feature))
     }
 
     /// Returns the vertex of the piece that is farthest along `outward` (unit, in the piece's
@@ -113,7 +113,7 @@ impl<'a> AdmissibleNormals<'a> {
         let from = feature.some_vertex(self.polytope);
         let is_beyond = |v: u32| outward.dot(self.polytope.vertex(v)) > limit;
         // Most pieces end here. The climb would take longer.
-        if !self.cap.holds(outward)
+        if !self.cap().holds(outward)
             || is_beyond(from)
             || self.polytope.ring(from).iter().any(|spoke| is_beyond(spoke.neighbour))
         {
