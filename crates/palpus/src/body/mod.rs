@@ -13,7 +13,7 @@ mod piece;
 mod polytope;
 mod precision;
 #[cfg(test)]
-mod shapes;
+pub(crate) mod shapes;
 
 pub use aabb::Aabb;
 pub use body::{Body, BodyError, BodyParts, BodySettings, Ground};

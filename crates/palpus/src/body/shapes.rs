@@ -18,7 +18,7 @@ pub(super) fn cuboid(low: DVec3, high: DVec3) -> Mesh {
 }
 
 /// Returns a torus about z, made of `n` × `m` quads.
-pub(super) fn torus(major: f64, minor: f64, n: u32, m: u32) -> Mesh {
+pub(crate) fn torus(major: f64, minor: f64, n: u32, m: u32) -> Mesh {
     let mut soup = PolygonSoup::new();
     for i in 0..n {
         for j in 0..m {

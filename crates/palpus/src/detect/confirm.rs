@@ -45,6 +45,7 @@
 use glam::DVec3;
 
 use super::Contact;
+use super::clear::ClearBalls;
 use super::found::Found;
 use super::memory::PairMemory;
 use super::query_input::QueryInput;
@@ -53,10 +54,11 @@ use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
 
 /// Returns the contact of two pieces along a shared normal, if its depth is accepted.
-pub(super) fn accepted(input: &QueryInput<'_>, found: &Found) -> Option<Contact> {
+/// `clear` has balls of earlier queries.
+pub(super) fn accepted(input: &QueryInput<'_>, found: &Found, clear: &mut ClearBalls) -> Option<Contact> {
     match found {
         Found::Admissible(contact) => Some(*contact).filter(|contact| least_depth_is_confirmed(input, contact)),
-        Found::Moved(contact, facing) => confirmed(input, contact, facing),
+        Found::Moved(contact, facing) => confirmed(input, contact, facing, clear),
         _ => None,
     }
 }
@@ -68,12 +70,14 @@ pub(super) fn accepted(input: &QueryInput<'_>, found: &Found) -> Option<Contact>
 /// do not cross. Then the contact acts at the point that confirms the depth, or at the middle if
 /// both points confirm it. So the tip of a tool above a plate is not pushed at a distant edge of
 /// the plate.
-fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Contact) -> Option<Contact> {
+fn confirmed(input: &QueryInput<'_>, contact: &Contact, facing: &Contact, clear: &mut ClearBalls) -> Option<Contact> {
     let (depth, points) = (-contact.separation, on_features(input, facing));
     let out = depth * contact.normal;
     let beside = points[0] + out - points[1];
     let crossing = TOUCHING * input.b.mesh().bounding_diagonal();
-    let mut confirming = confirming(input, contact, points, [&[]; 2], CONFIRMED_SHARE);
+    let balls = clear.of([contact.piece_a, contact.piece_b]);
+    let is_within = |k: usize, body: &Body, point, least| balls[k].lies_within(body, point, least, depth);
+    let mut confirming = confirming(input, contact, points, CONFIRMED_SHARE, is_within);
     if beside.length() <= crossing {
         return confirming.any(|confirms| confirms).then_some(*contact);
     }
@@ -98,9 +102,10 @@ fn least_depth_is_confirmed(input: &QueryInput<'_>, contact: &Contact) -> bool {
         return true;
     }
     let share = if are_edges(contact) { CONFIRMED_EDGE_SHARE } else { CONFIRMED_SHARE };
-    let own = [(a, contact.piece_a), (b, contact.piece_b)];
+    let own = [(b, contact.piece_b), (a, contact.piece_a)];
     let own = own.map(|(body, piece)| body.pieces()[piece as usize].triangles());
-    confirming(input, contact, on_features(input, contact), own, share).any(|confirms| confirms)
+    let is_within = |k: usize, body: &Body, point, least| lies_within(body, own[k], point, least);
+    confirming(input, contact, on_features(input, contact), share, is_within).any(|confirms| confirms)
 }
 
 fn are_edges(contact: &Contact) -> bool {
@@ -108,30 +113,29 @@ fn are_edges(contact: &Contact) -> bool {
 }
 
 /// Returns for each of a contact's points whether it confirms the contact's depth: the point is
-/// inside the other body, and at least `share` of the depth away from its surface. The triangles
-/// `own` of each body do not count. If the other body is open, the point has to leave it near its
-/// surface instead of being inside.
+/// inside the other body, and at least `share` of the depth away from its surface. `is_within` tests
+/// this for point 0 (of a, in b) or 1 (of b, in a), with the other body, the point in its frame and
+/// the distance. If the other body is open, the point has to leave it near its surface instead of
+/// being inside.
 fn confirming<'q>(
     input: &'q QueryInput<'_>,
     contact: &'q Contact,
     [point_a, point_b]: [DVec3; 2],
-    [own_a, own_b]: [&'q [u32]; 2],
     share: f64,
+    mut is_within: impl FnMut(usize, &Body, DVec3, f64) -> bool + 'q,
 ) -> impl Iterator<Item = bool> + 'q {
     let QueryInput { a, b, place, .. } = input;
     let open = !a.mesh().is_closed() && !b.mesh().is_closed();
     let depth = -contact.separation;
     let [normal, point_b] = [place.inverse_vector(contact.normal), place.inverse_point(point_b)];
     let [of_a, of_b] = [(a, contact.piece_a), (b, contact.piece_b)];
-    let points = [
-        (of_b, own_b, point_a, depth * contact.normal, of_a, normal),
-        (of_a, own_a, point_b, -depth * normal, of_b, contact.normal),
-    ];
-    points.into_iter().map(move |((body, piece), own, point, out, (other, other_piece), along)| {
+    let points =
+        [(of_b, point_a, depth * contact.normal, of_a, normal), (of_a, point_b, -depth * normal, of_b, contact.normal)];
+    points.into_iter().enumerate().map(move |(k, ((body, piece), point, out, (other, other_piece), along))| {
         // The pieces of two sheets have no width that could tell the side.
         let is_far_side =
             || !open && is_sheet(body, piece) && depth > 0.5 * width(&other.polytopes()[other_piece as usize], along);
-        is_near(body, point + out, depth) && lies_within(body, own, point, share * depth) && !is_far_side()
+        is_near(body, point + out, depth) && is_within(k, body, point, share * depth) && !is_far_side()
     })
 }
 

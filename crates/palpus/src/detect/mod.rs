@@ -2,6 +2,7 @@
 
 mod apart;
 mod batch;
+mod clear;
 mod confirm;
 mod contact;
 mod counters;

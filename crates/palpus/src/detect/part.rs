@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use super::clear::ClearBalls;
 use super::confirm::{accepted, is_at_surfaces};
 use super::exact::{Placed, nearest_on_meshes, slack};
 use super::found::{Found, at_closest};
@@ -98,6 +99,7 @@ pub(super) struct PartSearch {
     pub(super) patch_slope: Option<f64>,
     pub(super) patch: Patch,
     pub(super) held: HeldContacts,
+    clear_balls: ClearBalls,
     /// The sample of all parts.
     pub(super) sample: Sample,
     /// Depth of the last overlap, model units; 0 if the bodies did not overlap.
@@ -138,6 +140,7 @@ impl PartSearch {
             patch_slope: settings.patch_angle.map(f64::tan),
             patch: Patch::new(),
             held,
+            clear_balls: ClearBalls::new(),
             sample: sample.another(),
             overlap: 0.0,
             deepest: f64::INFINITY,
@@ -193,7 +196,7 @@ impl PartSearch {
             let leaf = self.leaves.as_slice()[k];
             let before = counters.work();
             let found = self.contact(input, &leaf, counters);
-            self.contacts.extend(accepted(input, &found));
+            self.contacts.extend(accepted(input, &found, &mut self.clear_balls));
             quota.spend(WORK_ANSWER + counters.work() - before);
         }
     }
@@ -239,15 +242,17 @@ impl PartSearch {
                     counters.rejected += 1;
                 }
                 Found::NearlyFlush(contact) | Found::BesideValley(contact) => self.contacts.push(contact),
-                Found::Admissible(contact) | Found::Moved(contact, _) => match accepted(input, &found) {
-                    Some(contact) => self.contacts.push(contact),
-                    None => {
-                        counters.rejected += 1;
-                        if is_at_surfaces(input, &contact) {
-                            rejected.contradicted = shallower(rejected.contradicted, contact);
+                Found::Admissible(contact) | Found::Moved(contact, _) => {
+                    match accepted(input, &found, &mut self.clear_balls) {
+                        Some(contact) => self.contacts.push(contact),
+                        None => {
+                            counters.rejected += 1;
+                            if is_at_surfaces(input, &contact) {
+                                rejected.contradicted = shallower(rejected.contradicted, contact);
+                            }
                         }
                     }
-                },
+                }
                 Found::Inadmissible(contact) => {
                     counters.inadmissible += 1;
                     rejected.unshared =
