@@ -7,10 +7,10 @@ use super::found::{Found, at};
 use super::part::PartSearch;
 use super::query_input::QueryInput;
 use super::{Contact, QueryCounters};
-use crate::algebra::tolerance::SKIPPED_TURN;
-use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
+use crate::algebra::tolerance::{OFFSET_SLACK, SKIPPED_TURN};
+use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart, support_gap};
 use crate::depth::{
-    Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle,
+    AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle,
     least_admissible_depth,
 };
 
@@ -57,6 +57,11 @@ impl PartSearch {
         }
         let place = &input.place;
         let memory = leaf.memory.filter(|memory| memory.facet.is_some());
+        if let Some(memory) = memory
+            && let Some(found) = self.moved_again(input, leaf, &memory, counters)
+        {
+            return found;
+        }
         let walked = self.walk(input, leaf, overlap, memory);
         // The next walk starts at the end of this walk, even if its normal is not admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
@@ -68,9 +73,9 @@ impl PartSearch {
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         let last = memory.and_then(|memory| memory.admissible);
         let real = admissible_depth(&normals_a, &normals_b, place, &walked, last, admissible, walk);
-        let moved = real.filter(|real| real.moved).map(|real| real.features);
-        if moved != last {
-            self.front.remember_admissible(leaf, moved);
+        let moved_to = real.filter(|real| real.moved).map(|real| real.features);
+        if moved_to != last {
+            self.front.remember_admissible(leaf, moved_to);
         }
         let Some(real) = real else {
             // The angle costs about as much as the walk that it saves, so it is not computed for a
@@ -85,15 +90,48 @@ impl PartSearch {
             let contact = at(leaf, antipodal.features(), [point_a, point_b], normal, -depth);
             return Found::Inadmissible(Some(contact).filter(|contact| contact.separation < 0.0));
         };
-        counters.moved += u32::from(real.moved);
-        counters.admissible_stops += u32::from(real.moved && real.stop != StopReason::Converged);
-        let contact = at(leaf, real.features, [real.point_a, real.point_b], real.normal, -real.depth);
         if real.moved {
-            let (point_a, point_b) = real.facing;
-            Found::Moved(contact, Contact { point_a, point_b, ..contact })
-        } else {
-            Found::Admissible(contact)
+            return moved(leaf, &real, counters);
         }
+        Found::Admissible(at(leaf, real.features, [real.point_a, real.point_b], real.normal, -real.depth))
+    }
+
+    /// Finds the contact of an overlap whose last depth was moved to an admissible normal. `memory`
+    /// is of the last query. The walk is skipped if the depth along the normal of the last walk is
+    /// still smaller than the depth along all admissible normals: then the walk would not end on
+    /// an admissible normal. `None` if this is not so.
+    fn moved_again(
+        &mut self,
+        input: &QueryInput<'_>,
+        leaf: &LeafPair,
+        memory: &WarmStart,
+        counters: &mut QueryCounters,
+    ) -> Option<Found> {
+        if self.prover.is_some() || memory.admissible.is_none() {
+            return None;
+        }
+        let real = self.least_admissible(input, leaf, Some(memory))?;
+        let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
+        let (gap, _) = support_gap(piece_a, piece_b, &input.place, memory.normal, memory.hub);
+        let slack = OFFSET_SLACK * (piece_a.radius() + piece_b.radius());
+        if -gap >= real.depth - slack {
+            return None;
+        }
+        self.front.remember_admissible(leaf, Some(real.features));
+        Some(moved(leaf, &real, counters))
+    }
+
+    /// Returns the least depth along the admissible normals.
+    fn least_admissible(
+        &mut self,
+        input: &QueryInput<'_>,
+        leaf: &LeafPair,
+        memory: Option<&WarmStart>,
+    ) -> Option<AdmissibleDepth> {
+        let [normals_a, normals_b] = input.admissible_normals(leaf);
+        let (last, [a, b]) = memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
+        let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
+        least_admissible_depth(&normals_a, &normals_b, &input.place, HubPair { a, b }, last, admissible, walk)
     }
 
     /// Finds the contact of an overlap along the least admissible normal, without a walk. Where
@@ -101,18 +139,9 @@ impl PartSearch {
     /// piece of one surface also overlaps, a little and at its sides, the pieces beside its
     /// counterpart.
     fn at_admissible_depth(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
-        let [normals_a, normals_b] = input.admissible_normals(leaf);
-        let (last, [a, b]) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
-        let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
-        let hub = HubPair { a, b };
-        let real = least_admissible_depth(&normals_a, &normals_b, &input.place, hub, last, admissible, walk);
+        let real = self.least_admissible(input, leaf, leaf.memory.as_ref());
         self.front.remember_admissible(leaf, real.map(|real| real.features));
-        let Some(real) = real else { return Found::Inadmissible(None) };
-        counters.moved += 1;
-        counters.admissible_stops += u32::from(real.stop != StopReason::Converged);
-        let contact = at(leaf, real.features, [real.point_a, real.point_b], real.normal, -real.depth);
-        let (point_a, point_b) = real.facing;
-        Found::Moved(contact, Contact { point_a, point_b, ..contact })
+        real.map_or(Found::Inadmissible(None), |real| moved(leaf, &real, counters))
     }
 
     /// Computes the depth by a walk, with a proof if the settings request proofs.
@@ -195,4 +224,13 @@ impl PartSearch {
         counters.corners += (corners.len() - 1) as u32;
         corners.len() > 1
     }
+}
+
+/// Returns the contact along the least depth among the shared normals of the pieces.
+fn moved(leaf: &LeafPair, real: &AdmissibleDepth, counters: &mut QueryCounters) -> Found {
+    counters.moved += 1;
+    counters.admissible_stops += u32::from(real.stop != StopReason::Converged);
+    let contact = at(leaf, real.features, [real.point_a, real.point_b], real.normal, -real.depth);
+    let (point_a, point_b) = real.facing;
+    Found::Moved(contact, Contact { point_a, point_b, ..contact })
 }
