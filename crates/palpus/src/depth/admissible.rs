@@ -20,8 +20,8 @@
 //! 1. If the walk has ended on an admissible facet, that facet is the result.
 //! 2. Otherwise try every admissible facet that is not deeper than the facet of the previous tick
 //!    at this pose. Skip normals outside the cap that contains all normals of the other piece
-//!    ([`Cap`]). For any vertex c of the CSO, h along n is at least n·c, so one known support
-//!    rejects most facets. The test of a normal needs one product. The test of an arc needs the
+//!    ([`Cap`]). For any vertex c of the CSO, h along n is at least n·c, so a few known supports
+//!    reject most facets ([`KnownPoints`]). The test of a normal needs one product. The test of an arc needs the
 //!    products at its two ends, because n·c is concave along the part of an arc on which it is not
 //!    negative.
 //! 3. Cross the remaining arcs of body a with the remaining arcs of b. Compute the true supports of
@@ -32,6 +32,7 @@
 //! and may not be the least depth.
 
 mod arcs;
+mod known;
 mod points;
 
 use glam::DVec3;
@@ -45,6 +46,7 @@ use crate::algebra::tolerance::OFFSET_SLACK;
 use crate::body::{Admissible, AdmissibleNormals, Cap, Feature, FeaturePair};
 use crate::collision::StopReason;
 use arcs::Arc;
+use known::KnownPoints;
 
 /// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -229,9 +231,10 @@ struct Search<'s> {
     b: &'s AdmissibleNormals<'s>,
     /// The hub pair of the last support found.
     hub: HubPair,
-    /// The support on body a in b's frame, and the support on b in a's frame.
-    point_a: DVec3,
-    point_b: DVec3,
+    /// The last supports: on body a in b's frame, and on b in a's frame. The newest are at the hub
+    /// pair.
+    known_a: KnownPoints,
+    known_b: KnownPoints,
     /// Cap that contains the reflected normals of body a, in b's frame.
     cap_a: Cap,
     /// Cap that contains the reflected normals of b, in a's frame.
@@ -251,8 +254,8 @@ impl<'s> Search<'s> {
             a,
             b,
             hub,
-            point_a,
-            point_b,
+            known_a: KnownPoints::new(point_a),
+            known_b: KnownPoints::new(point_b),
             cap_a: a.cap().about(-cso.pose_ba.vector(a.cap().axis)),
             cap_b: b.cap().about(-cso.pose_ba.inverse_vector(b.cap().axis)),
             bar: f64::INFINITY,
@@ -312,12 +315,12 @@ impl<'s> Search<'s> {
     #[inline]
     fn plane_of_b(&mut self, index: u32) {
         let plane = self.b.plane(index);
-        if !self.cap_a.holds(plane.normal) || -plane.height(self.point_a) >= self.bar {
+        if !self.cap_a.holds(plane.normal) || self.known_a.reject(plane, self.bar) {
             return;
         }
         let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(plane.normal));
         self.look_from_a(a);
-        let offset = -plane.height(self.point_a);
+        let offset = -plane.height(self.known_a.newest());
         if offset < self.bar && self.a.vertex_admits(a, self.cso.toward_b(plane.normal)) {
             let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
             self.take(plane.normal, offset, features);
@@ -327,13 +330,13 @@ impl<'s> Search<'s> {
     #[inline]
     fn plane_of_a(&mut self, index: u32) {
         let plane = self.a.plane(index);
-        if !self.cap_b.holds(plane.normal) || -plane.height(self.point_b) >= self.bar {
+        if !self.cap_b.holds(plane.normal) || self.known_b.reject(plane, self.bar) {
             return;
         }
         let normal = -self.cso.pose_ba.vector(plane.normal);
         let b = self.cso.b.support_from(self.hub.b, normal);
         self.look_from_b(b);
-        let offset = -plane.height(self.point_b);
+        let offset = -plane.height(self.known_b.newest());
         if offset < self.bar && self.b.vertex_admits(b, normal) {
             let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
             self.take(normal, offset, features);
@@ -343,14 +346,14 @@ impl<'s> Search<'s> {
     fn look_from_b(&mut self, b: u32) {
         if b != self.hub.b {
             self.hub.b = b;
-            self.point_b = self.cso.pose_ba.inverse_point(self.cso.b.vertex(b));
+            self.known_b.add(self.cso.pose_ba.inverse_point(self.cso.b.vertex(b)));
         }
     }
 
     fn look_from_a(&mut self, a: u32) {
         if a != self.hub.a {
             self.hub.a = a;
-            self.point_a = self.cso.point_a(a);
+            self.known_a.add(self.cso.point_a(a));
         }
     }
 

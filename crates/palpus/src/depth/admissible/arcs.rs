@@ -38,30 +38,22 @@ impl Arc {
     }
 }
 
-/// Returns true if the other body's vertex at `point` (in the piece's frame) lies less than `bar`
-/// below the plane at an end of the arc. If false, h is at least `bar` everywhere on the arc.
-#[inline]
-fn dips(normals: &AdmissibleNormals<'_>, arc: &SurfaceArc, point: DVec3, bar: f64) -> bool {
-    -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar
-}
-
 impl Search<'_> {
     /// Tries every crossing of an arc of body a with an arc of b.
     pub(super) fn arcs(&mut self, scratch: &mut AdmissibleScratch) {
         let AdmissibleScratch { arcs_a, arcs_b } = scratch;
         arcs_b.clear();
         for own in self.b.arcs() {
-            let [left, right] = self.b.ends(own);
-            if !self.cap_a.may_meet(left, right) {
+            let ends = [own.left, own.right].map(|plane| self.b.plane(plane));
+            let [left, right] = ends.map(|plane| plane.normal);
+            // The known supports reject most arcs.
+            if !self.cap_a.may_meet(left, right) || self.known_a.reject_arc(ends, self.bar) {
                 continue;
             }
-            // The last support rejects most arcs.
-            if dips(self.b, own, self.point_a, self.bar) {
-                let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(left + right));
-                self.look_from_a(a);
-                if dips(self.b, own, self.point_a, self.bar) {
-                    self.keep(arcs_b, Arc::of(self.b, own));
-                }
+            let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(left + right));
+            self.look_from_a(a);
+            if !self.known_a.reject_arc(ends, self.bar) {
+                self.keep(arcs_b, Arc::of(self.b, own));
             }
         }
         if arcs_b.is_empty() {
@@ -69,17 +61,16 @@ impl Search<'_> {
         }
         arcs_a.clear();
         for own in self.a.arcs() {
-            let [left, right] = self.a.ends(own);
-            if !self.cap_b.may_meet(left, right) {
+            let ends = [own.left, own.right].map(|plane| self.a.plane(plane));
+            let [left, right] = ends.map(|plane| plane.normal);
+            if !self.cap_b.may_meet(left, right) || self.known_b.reject_arc(ends, self.bar) {
                 continue;
             }
-            if dips(self.a, own, self.point_b, self.bar) {
-                let [left, right] = [left, right].map(|normal| -self.cso.pose_ba.vector(normal));
-                let b = self.cso.b.support_from(self.hub.b, left + right);
-                self.look_from_b(b);
-                if dips(self.a, own, self.point_b, self.bar) {
-                    self.keep(arcs_a, Arc::of(self.a, own).reflected(self.cso.pose_ba));
-                }
+            let [left, right] = [left, right].map(|normal| -self.cso.pose_ba.vector(normal));
+            let b = self.cso.b.support_from(self.hub.b, left + right);
+            self.look_from_b(b);
+            if !self.known_b.reject_arc(ends, self.bar) {
+                self.keep(arcs_a, Arc::of(self.a, own).reflected(self.cso.pose_ba));
             }
         }
         let mut looks = 0;
