@@ -21,74 +21,107 @@ use super::memory::PairMemory;
 use super::query_input::QueryInput;
 use crate::algebra::Plane;
 use crate::algebra::tolerance::ADMISSIBLE_ANGLE;
-use crate::body::{AdmissibleNormals, Feature, FeaturePair, Valley};
+use crate::body::{AdmissibleNormals, Body, Feature, FeaturePair, Valley};
 use crate::collision::{Closest, LeafPair};
 
 /// Two pieces that are apart.
-pub(super) struct Apart<'q> {
+struct Apart<'q> {
     input: &'q QueryInput<'q>,
     leaf: &'q LeafPair,
     closest: &'q Closest,
-    normals: [AdmissibleNormals<'q>; 2],
-    /// The direction of the closest points out of a in a's frame, and out of b in b's frame.
-    outward: [DVec3; 2],
+    /// The piece of a, and the piece of b.
+    sides: [&'q Near<'q>; 2],
     /// For a and for b: true if the closest point lies on the mesh, and the direction of the
     /// closest points is a normal of the mesh there.
     admitted: [bool; 2],
 }
 
-impl<'q> Apart<'q> {
-    pub(super) fn new(input: &'q QueryInput<'q>, leaf: &'q LeafPair, closest: &'q Closest) -> Self {
-        let outward = [input.place.inverse_vector(-closest.normal), closest.normal];
-        let normals = input.admissible_normals(leaf);
-        let mut apart = Self { input, leaf, closest, normals, outward, admitted: [false; 2] };
-        apart.admitted = [apart.admits_a(ADMISSIBLE_ANGLE), apart.admits_b(ADMISSIBLE_ANGLE)];
-        apart
+/// One of the two pieces, near the other one. Vectors are in the frame of its body.
+struct Near<'q> {
+    body: &'q Body,
+    piece: u32,
+    normals: AdmissibleNormals<'q>,
+    feature: Feature,
+    /// The closest point of the piece.
+    point: DVec3,
+    /// The direction to the closest point of the other piece.
+    outward: DVec3,
+}
+
+impl<'q> Near<'q> {
+    fn new(body: &'q Body, piece: u32, feature: Feature, point: DVec3, outward: DVec3) -> Self {
+        Self { body, piece, normals: body.admissible_normals(piece), feature, point, outward }
     }
 
-    /// Returns true if the closest point of a lies on the mesh, and the direction of the closest
-    /// points is within `angle` (rad) of a normal of the mesh there.
-    fn admits_a(&self, angle: f64) -> bool {
-        let piece = &self.input.a.pieces()[self.leaf.piece_a as usize];
-        let point = self.input.place.inverse_point(self.closest.point_a);
-        self.normals[0].holds_within(piece, self.closest.features.a, point, self.outward[0], angle)
+    /// Returns true if the closest point lies on the mesh, and the direction of the closest points
+    /// is within `angle` (rad) of a normal of the mesh there.
+    fn admits(&self, angle: f64) -> bool {
+        let piece = &self.body.pieces()[self.piece as usize];
+        self.normals.holds_within(piece, self.feature, self.point, self.outward, angle)
     }
 
-    /// As [`Self::admits_a`], for b.
-    fn admits_b(&self, angle: f64) -> bool {
-        let piece = &self.input.b.pieces()[self.leaf.piece_b as usize];
-        self.normals[1].holds_within(piece, self.closest.features.b, self.closest.point_b, self.outward[1], angle)
+    /// Returns true if a flat face of the mesh may continue beyond the piece along the direction.
+    fn may_continue(&self, slope: f64) -> bool {
+        self.body.admissible().may_continue(self.piece, self.outward, slope)
     }
 
-    /// Returns the contact. `patch_slope` is the tangent of the angle of patches.
-    pub(super) fn contact(&self, patch_slope: Option<f64>) -> Found {
-        if self.admitted == [true; 2] {
-            return Found::Admissible(at_closest(self.leaf, self.closest));
-        }
-        let Some(slope) = patch_slope else { return Found::Nothing };
-        let continued = self.on_continued(slope).map(Found::NearlyFlush);
-        continued
-            .or_else(|| self.beside_valley().map(Found::BesideValley))
-            .or_else(|| self.after_turn().map(Found::NearlyFlush))
-            .unwrap_or(Found::Nothing)
+    /// Returns the normal of such a face.
+    fn continued_normal(&self, slope: f64) -> Option<DVec3> {
+        self.normals.continued_normal(self.feature, self.outward, slope)
     }
 
+    /// Returns false only if the pieces have no contact, given that the mesh of this piece does not
+    /// admit the direction.
+    fn may_touch(&self, slope: f64, turn: f64) -> bool {
+        self.may_continue(slope)
+            || self.normals.valleys_at(self.feature).next().is_some()
+            || turn > ADMISSIBLE_ANGLE && self.admits(turn)
+    }
+}
+
+/// Returns the contact of two pieces that are apart. `patch_slope` is the tangent of the angle of
+/// patches.
+pub(super) fn contact_apart(
+    input: &QueryInput<'_>,
+    leaf: &LeafPair,
+    closest: &Closest,
+    patch_slope: Option<f64>,
+) -> Found {
+    let Closest { point_a, point_b, normal, features, .. } = *closest;
+    let place = &input.place;
+    let outward_a = place.inverse_vector(-normal);
+    let side_a = Near::new(input.a, leaf.piece_a, features.a, place.inverse_point(point_a), outward_a);
+    let admitted_a = side_a.admits(ADMISSIBLE_ANGLE);
+    // Most pieces of curved surfaces end here.
+    if !admitted_a && !patch_slope.is_some_and(|slope| side_a.may_touch(slope, input.settings.turn)) {
+        return Found::Nothing;
+    }
+    let side_b = Near::new(input.b, leaf.piece_b, features.b, point_b, normal);
+    let admitted = [admitted_a, side_b.admits(ADMISSIBLE_ANGLE)];
+    if admitted == [true; 2] {
+        return Found::Admissible(at_closest(leaf, closest));
+    }
+    let Some(slope) = patch_slope else { return Found::Nothing };
+    let apart = Apart { input, leaf, closest, sides: [&side_a, &side_b], admitted };
+    let continued = apart.on_continued(slope).map(Found::NearlyFlush);
+    continued
+        .or_else(|| apart.beside_valley().map(Found::BesideValley))
+        .or_else(|| apart.after_turn().map(Found::NearlyFlush))
+        .unwrap_or(Found::Nothing)
+}
+
+impl Apart<'_> {
     /// Returns the contact along the normal of a flat face that continues beyond one of the pieces.
     /// `None` if the other piece does not admit the direction of the closest points, or is not of
     /// such a face either.
     fn on_continued(&self, slope: f64) -> Option<Contact> {
         let Closest { point_a, point_b, normal, features, distance, .. } = *self.closest;
-        let (a, b) = (self.input.a.admissible(), self.input.b.admissible());
-        let [outward_a, outward_b] = self.outward;
-        // Most pieces of curved surfaces end here.
-        if !(self.admitted[0] || a.may_continue(self.leaf.piece_a, outward_a, slope))
-            || !(self.admitted[1] || b.may_continue(self.leaf.piece_b, outward_b, slope))
-        {
+        let [a, b] = self.sides;
+        if !(self.admitted[0] || a.may_continue(slope)) || !(self.admitted[1] || b.may_continue(slope)) {
             return None;
         }
-        let [normals_a, normals_b] = &self.normals;
-        let along_a = || Some(-self.input.place.vector(normals_a.continued_normal(features.a, outward_a, slope)?));
-        let along_b = || normals_b.continued_normal(features.b, outward_b, slope);
+        let along_a = || Some(-self.input.place.vector(a.continued_normal(slope)?));
+        let along_b = || b.continued_normal(slope);
         let flat = match self.admitted {
             [true, true] => return None,
             [false, true] => along_a()?,
@@ -104,7 +137,8 @@ impl<'q> Apart<'q> {
     /// a normal of both meshes.
     fn after_turn(&self) -> Option<Contact> {
         let (turn, [a, b]) = (self.input.settings.turn, self.admitted);
-        let may_touch = turn > ADMISSIBLE_ANGLE && (a || self.admits_a(turn)) && (b || self.admits_b(turn));
+        let [side_a, side_b] = self.sides;
+        let may_touch = turn > ADMISSIBLE_ANGLE && (a || side_a.admits(turn)) && (b || side_b.admits(turn));
         may_touch.then(|| at_closest(self.leaf, self.closest))
     }
 
@@ -115,22 +149,23 @@ impl<'q> Apart<'q> {
     fn beside_valley(&self) -> Option<Contact> {
         let nearest = |one: &Contact, other: &Contact| one.separation.total_cmp(&other.separation);
         let FeaturePair { a, b } = self.closest.features;
-        let [normals_a, normals_b] = &self.normals;
+        let [side_a, side_b] = self.sides;
         match self.admitted {
             [true, false] => {
                 let beside = |valley| self.beside_valley_of_b(valley);
-                normals_b.valleys_at(b).filter_map(beside).min_by(nearest)
+                side_b.normals.valleys_at(b).filter_map(beside).min_by(nearest)
             }
             [false, true] => {
                 let beside = |valley| self.beside_valley_of_a(valley);
-                normals_a.valleys_at(a).filter_map(beside).min_by(nearest)
+                side_a.normals.valleys_at(a).filter_map(beside).min_by(nearest)
             }
             _ => None,
         }
     }
 
     fn beside_valley_of_b(&self, valley: &Valley) -> Option<Contact> {
-        let (QueryInput { place, tolerance, .. }, [a, b]) = (self.input, &self.normals);
+        let QueryInput { place, tolerance, .. } = self.input;
+        let [Near { normals: a, .. }, Near { normals: b, .. }] = self.sides;
         let Plane { normal, offset } = valley.plane;
         let outward = place.inverse_vector(-normal);
         let limit = normal.dot(place.translation) - offset + tolerance;
@@ -144,7 +179,8 @@ impl<'q> Apart<'q> {
     }
 
     fn beside_valley_of_a(&self, valley: &Valley) -> Option<Contact> {
-        let (QueryInput { place, tolerance, .. }, [a, b]) = (self.input, &self.normals);
+        let QueryInput { place, tolerance, .. } = self.input;
+        let [Near { normals: a, .. }, Near { normals: b, .. }] = self.sides;
         let Plane { normal, offset } = valley.plane;
         let outward = -place.vector(normal);
         let limit = outward.dot(place.translation) - offset + tolerance;

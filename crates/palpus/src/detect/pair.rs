@@ -1,7 +1,7 @@
 //! The result of one pair of pieces: a contact at its closest points, a contact at its depth, or no
 //! contact.
 
-use super::apart::Apart;
+use super::apart::contact_apart;
 use super::contact::points_about;
 use super::found::{Found, at};
 use super::part::PartSearch;
@@ -20,7 +20,7 @@ impl PartSearch {
     pub(super) fn may_touch(&self, input: &QueryInput<'_>) -> u32 {
         let touches = |leaf: &&LeafPair| match &leaf.proximity {
             Proximity::Disjoint(closest) => {
-                !matches!(Apart::new(input, leaf, closest).contact(self.patch_slope), Found::Nothing)
+                !matches!(contact_apart(input, leaf, closest, self.patch_slope), Found::Nothing)
             }
             Proximity::Overlapping(_) => !self.front.is_inadmissible(leaf),
         };
@@ -39,7 +39,7 @@ impl PartSearch {
         let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
-        Apart::new(input, leaf, &closest).contact(self.patch_slope)
+        contact_apart(input, leaf, &closest, self.patch_slope)
     }
 
     fn at_depth(
