@@ -10,6 +10,8 @@ pub struct QueryCounters {
     pub traversal: TraversalCounters,
     /// Number of depth walks.
     pub walks: u32,
+    /// Number of depths that needed no walk, because they were moved to a shared normal again.
+    pub skipped_walks: u32,
     /// Number of moves of all walks.
     pub walk_steps: u32,
     /// Number of walks that ended without convergence.
@@ -63,7 +65,7 @@ impl QueryCounters {
     /// contacts.
     pub(super) fn work(&self) -> u64 {
         self.traversal.work()
-            + WORK_WALK * u64::from(self.walks)
+            + WORK_WALK * u64::from(self.walks + self.skipped_walks)
             + WORK_STEP * u64::from(self.walk_steps)
             + WORK_PATCH * u64::from(self.patches + self.corners)
     }
@@ -74,6 +76,7 @@ impl std::ops::AddAssign for QueryCounters {
         let Self {
             traversal,
             walks,
+            skipped_walks,
             walk_steps,
             walk_stops,
             unproven,
@@ -96,6 +99,7 @@ impl std::ops::AddAssign for QueryCounters {
         } = other;
         self.traversal += traversal;
         self.walks += walks;
+        self.skipped_walks += skipped_walks;
         self.walk_steps += walk_steps;
         self.walk_stops += walk_stops;
         self.unproven += unproven;

@@ -30,16 +30,16 @@ impl PartSearch {
 
     /// Finds the result of a leaf pair.
     pub(super) fn contact(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
-        let closest = match leaf.proximity {
+        let closest = match &leaf.proximity {
             Proximity::Disjoint(closest) => closest,
-            Proximity::Overlapping(overlap) => return self.at_depth(input, leaf, &overlap, counters),
+            Proximity::Overlapping(overlap) => return self.at_depth(input, leaf, overlap, counters),
         };
         // If the pieces overlap in the next tick, the walk starts from this normal.
-        let Closest { normal, features, .. } = closest;
+        let Closest { normal, features, .. } = *closest;
         let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
-        contact_apart(input, leaf, &closest, self.patch_slope)
+        contact_apart(input, leaf, closest, self.patch_slope)
     }
 
     fn at_depth(
@@ -118,6 +118,7 @@ impl PartSearch {
             return None;
         }
         self.front.remember_admissible(leaf, Some(real.features));
+        counters.skipped_walks += 1;
         Some(moved(leaf, &real, counters))
     }
 
