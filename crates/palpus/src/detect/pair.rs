@@ -96,10 +96,11 @@ impl PartSearch {
         Found::Admissible(at(leaf, real.features, [real.point_a, real.point_b], real.normal, -real.depth))
     }
 
-    /// Finds the contact of an overlap whose last depth was moved to an admissible normal. `memory`
-    /// is of the last query. The walk is skipped if the depth along the normal of the last walk is
-    /// still smaller than the depth along all admissible normals: then the walk would not end on
-    /// an admissible normal. `None` if this is not so.
+    /// Finds the contact of an overlap whose last depth was moved to an admissible normal, without
+    /// a walk. The depth along any normal is an upper bound of the least depth. So if the depth
+    /// along the normal of the last walk is smaller than the depth along all admissible normals,
+    /// the walk would end on a normal that is not admissible. `None` if it is not smaller. `memory`
+    /// is of the last query.
     fn moved_again(
         &mut self,
         input: &QueryInput<'_>,

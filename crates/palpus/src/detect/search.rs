@@ -8,7 +8,8 @@
 //! 3. Pieces that overlap have a contact at their penetration depth. The depth walk starts from the
 //!    pair's last normal, the normal of the march and the line of centroids. If the walk ends on a
 //!    normal that one of the meshes does not have, the least depth along a shared normal is used
-//!    instead ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if
+//!    instead ([`admissible_depth`](crate::depth::admissible_depth)). The walk is skipped as long
+//!    as the normal of the last walk shows that it would end so again. The contact is left out if
 //!    the check of `confirm` rejects its depth, or if the pieces share no normal. If a body is
 //!    open, the contact is also left out if it is deeper than the motion since the last query
 //!    allows. If the bodies overlap and no depth is accepted, the query adds a replacement contact,
