@@ -42,7 +42,7 @@ use super::query::DepthScratch;
 use super::witness::Clip;
 use super::{Antipodal, Depth, HubPair};
 use crate::algebra::Placement;
-use crate::algebra::tolerance::OFFSET_SLACK;
+use crate::algebra::tolerance::{OFFSET_SLACK, SKIPPED_TURN};
 use crate::body::{Admissible, AdmissibleNormals, Cap, Feature, FeaturePair};
 use crate::collision::StopReason;
 use arcs::Arc;
@@ -169,7 +169,8 @@ pub(crate) struct AdmissibleBound {
 }
 
 /// Returns the angle (rad) by which the pieces must at least turn before a normal can be admissible
-/// for both. The angle is valid for every translation. Returns 0 if the angle is unknown.
+/// for both. The angle is valid for every translation. Returns 0 if the angle is unknown or smaller
+/// than [`SKIPPED_TURN`], because a smaller angle is not used.
 ///
 /// A common facet exists only in two cases. A normal of one piece is an admissible direction of the
 /// other, or an end of an arc lies on an arc of the other. The ends of arcs are normals too, so a
@@ -178,13 +179,13 @@ pub(crate) fn inadmissible_angle(a: &AdmissibleNormals<'_>, b: &AdmissibleNormal
     let mut least = f64::INFINITY;
     for normal in normals(b) {
         least = least.min(a.angle_to(-pose_ba.inverse_vector(normal)));
-        if least <= 0.0 {
+        if least < SKIPPED_TURN {
             return 0.0;
         }
     }
     for normal in normals(a) {
         least = least.min(b.angle_to(-pose_ba.vector(normal)));
-        if least <= 0.0 {
+        if least < SKIPPED_TURN {
             return 0.0;
         }
     }

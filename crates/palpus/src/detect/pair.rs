@@ -7,7 +7,8 @@ use super::found::{Found, at};
 use super::part::PartSearch;
 use super::query_input::QueryInput;
 use super::{Contact, QueryCounters};
-use crate::algebra::tolerance::{OFFSET_SLACK, SKIPPED_TURN};
+use crate::algebra::tolerance::OFFSET_SLACK;
+use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart, support_gap};
 use crate::depth::{
     AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle,
@@ -82,7 +83,7 @@ impl PartSearch {
             // pair without cached data.
             if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.inadmissible_until.is_finite()) {
                 let angle = inadmissible_angle(&normals_a, &normals_b, place);
-                if angle >= SKIPPED_TURN {
+                if angle > 0.0 {
                     self.front.remember_inadmissible(leaf, angle);
                 }
             }
@@ -111,9 +112,9 @@ impl PartSearch {
         if self.prover.is_some() || memory.admissible.is_none() {
             return None;
         }
-        let real = self.least_admissible(input, leaf, Some(memory))?;
         let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
-        let (gap, _) = support_gap(piece_a, piece_b, &input.place, memory.normal, memory.hub);
+        let (gap, hub) = support_gap(piece_a, piece_b, &input.place, memory.normal, memory.hub);
+        let real = self.least_admissible(input, leaf, hub, memory.admissible)?;
         let slack = OFFSET_SLACK * (piece_a.radius() + piece_b.radius());
         if -gap >= real.depth - slack {
             return None;
@@ -123,15 +124,16 @@ impl PartSearch {
         Some(moved(leaf, &real, counters))
     }
 
-    /// Returns the least depth along the admissible normals.
+    /// Returns the least depth along the admissible normals. The search starts at the vertices
+    /// `hub`; `last` has the features of the last result.
     fn least_admissible(
         &mut self,
         input: &QueryInput<'_>,
         leaf: &LeafPair,
-        memory: Option<&WarmStart>,
+        [a, b]: [u32; 2],
+        last: Option<FeaturePair>,
     ) -> Option<AdmissibleDepth> {
         let [normals_a, normals_b] = input.admissible_normals(leaf);
-        let (last, [a, b]) = memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         least_admissible_depth(&normals_a, &normals_b, &input.place, HubPair { a, b }, last, admissible, walk)
     }
@@ -141,7 +143,8 @@ impl PartSearch {
     /// piece of one surface also overlaps, a little and at its sides, the pieces beside its
     /// counterpart.
     fn at_admissible_depth(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
-        let real = self.least_admissible(input, leaf, leaf.memory.as_ref());
+        let (hub, last) = leaf.memory.map_or(([0; 2], None), |memory| (memory.hub, memory.admissible));
+        let real = self.least_admissible(input, leaf, hub, last);
         self.front.remember_admissible(leaf, real.map(|real| real.features));
         real.map_or(Found::Inadmissible(None), |real| moved(leaf, &real, counters))
     }
