@@ -21,9 +21,9 @@
 //! 2. Otherwise try every admissible facet that is not deeper than the facet of the previous tick
 //!    at this pose. Skip normals outside the cap that contains all normals of the other piece
 //!    ([`Cap`]). For any vertex c of the CSO, h along n is at least n·c, so a few known supports
-//!    reject most facets ([`KnownPoints`]). The test of a normal needs one product. The test of an arc needs the
-//!    products at its two ends, because n·c is concave along the part of an arc on which it is not
-//!    negative.
+//!    reject most facets ([`KnownPoints`]). The test of a normal needs one product for each known
+//!    support. The test of an arc needs the products at its two ends, because n·c is concave along
+//!    the part of an arc on which it is not negative.
 //! 3. Cross the remaining arcs of body a with the remaining arcs of b. Compute the true supports of
 //!    the facet with the smallest offset.
 //!

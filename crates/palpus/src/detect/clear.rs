@@ -2,8 +2,8 @@
 //!
 //! The check of a moved depth (`confirm`) asks whether a witness point is inside a body and no
 //! surface of the body is nearer than a distance. The answer for one point also holds for points
-//! nearby. So the query stores a ball without surfaces around the point, and searches the mesh again
-//! when the ball is too small. Results do not depend on the stored balls.
+//! nearby. So the query stores a ball without surfaces around the point, and searches the mesh
+//! again when the ball is too small. Results do not depend on the stored balls.
 
 use glam::DVec3;
 

@@ -113,10 +113,11 @@ fn are_edges(contact: &Contact) -> bool {
 }
 
 /// Returns for each of a contact's points whether it confirms the contact's depth: the point is
-/// inside the other body, and at least `share` of the depth away from its surface. `is_within` tests
-/// this for point 0 (of a, in b) or 1 (of b, in a), with the other body, the point in its frame and
-/// the distance. If the other body is open, the point has to leave it near its surface instead of
-/// being inside.
+/// inside the other body, and at least `share` of the depth away from its surface. If the other
+/// body is open, the point has to leave it near its surface instead of being inside.
+///
+/// `is_within` tests the first condition for point 0 (of a, in b) or point 1 (of b, in a). It gets
+/// the other body, and the point in the frame of this body, and the distance.
 fn confirming<'q>(
     input: &'q QueryInput<'_>,
     contact: &'q Contact,

@@ -13,6 +13,8 @@ mod held;
 mod helper;
 mod late;
 mod memory;
+#[cfg(test)]
+mod moved_tests;
 mod pair;
 mod part;
 mod prover;
