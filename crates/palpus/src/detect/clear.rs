@@ -13,7 +13,7 @@ use crate::body::Body;
 /// they replace each other.
 const PLACES: usize = 256;
 
-/// What is known about the surface of a body around a point.
+/// A ball that no surface of a body enters, or the distance of a surface from its centre.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClearBall {
     /// The point, in the frame of the body.
@@ -47,7 +47,7 @@ impl ClearBall {
         let nearest = tree.nearest_within(point, reach).map(|surface| surface.distance);
         let (radius, surface) = (nearest.unwrap_or(reach), nearest.unwrap_or(f64::INFINITY));
         let inside = radius >= least && (!body.mesh().is_closed() || tree.inside(point));
-        // Whether a point is inside is known only if no surface is too near.
+        // If a surface is too near, the test of the inside is skipped, so the ball is not stored.
         *self = Self { center: point, radius: if radius < least { 0.0 } else { radius }, surface, inside };
         inside
     }

@@ -35,7 +35,7 @@ pub(super) struct Part {
     pub(super) rejected: RejectedContacts,
 }
 
-/// What a part computes in the present round.
+/// The work of a part in the present round.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Task {
     /// The contacts of pieces thinner than this (model units), at an intermediate pose.
@@ -243,13 +243,12 @@ impl PartSearch {
                 }
                 Found::NearlyFlush(contact) | Found::BesideValley(contact) => self.contacts.push(contact),
                 Found::Admissible(contact) | Found::Moved(contact, _) => {
-                    match accepted(input, &found, &mut self.clear_balls) {
-                        Some(contact) => self.contacts.push(contact),
-                        None => {
-                            counters.rejected += 1;
-                            if is_at_surfaces(input, &contact) {
-                                rejected.contradicted = shallower(rejected.contradicted, contact);
-                            }
+                    if let Some(contact) = accepted(input, &found, &mut self.clear_balls) {
+                        self.contacts.push(contact);
+                    } else {
+                        counters.rejected += 1;
+                        if is_at_surfaces(input, &contact) {
+                            rejected.contradicted = shallower(rejected.contradicted, contact);
                         }
                     }
                 }
