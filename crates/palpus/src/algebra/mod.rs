@@ -4,6 +4,7 @@
 mod clock;
 mod closest;
 mod directions;
+mod pair_table;
 mod plane;
 mod pose;
 mod quantile;
@@ -23,6 +24,7 @@ pub use closest::{
     SegmentSegment, closest_on_segment, closest_on_triangle, closest_on_triangles, closest_segment_segment,
 };
 pub(crate) use directions::{Directions, LANES};
+pub(crate) use pair_table::PairTable;
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
 pub use quantile::{quantile, quantile_of_sorted};

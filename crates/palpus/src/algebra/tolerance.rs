@@ -960,6 +960,26 @@ pub const STRAY: f64 = 1e-7;
 /// returns the best depth found.
 pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
 
+/// A crossing of two edges is preferred to a plane only if its depth is less by this, divided by
+/// the sum of the radii of the two pieces.
+///
+/// Both have the same depth if the edges cross at the end of an arc. With a smaller value, rounding
+/// decides between them, and the contact changes its features from tick to tick; a larger one makes
+/// depths inexact.
+pub const CROSSING_GAIN: f64 = 1e-13;
+
+/// Margin of the search for candidates, divided by the radius of the smaller piece.
+///
+/// A facet that is deeper than the result by more than the margin is not a candidate. With a larger
+/// value, a search has more candidates; with a smaller one, all facets are searched more often.
+pub const CANDIDATE_MARGIN: f64 = 0.03;
+
+/// Angle (rad) by which two pieces turn at most before all facets are searched again.
+///
+/// A larger value lets through more normals outside the caps of the pieces; with a smaller one, all
+/// facets are searched more often.
+pub const CANDIDATE_TURN: f64 = 0.05;
+
 // depth: the certificate (certificate, inner)
 
 /// Largest gap between the lower and upper bound of a proof, relative to the depth. No direction

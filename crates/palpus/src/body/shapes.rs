@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::{Mesh, PolygonSoup};
 
 /// Returns the box between two opposite corners.
-pub(super) fn cuboid(low: DVec3, high: DVec3) -> Mesh {
+pub(crate) fn cuboid(low: DVec3, high: DVec3) -> Mesh {
     let corner = |i: u32| DVec3::select(glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0), high, low);
     let mut soup = PolygonSoup::new();
     soup.vertices.extend((0..8).map(corner));

@@ -32,6 +32,7 @@
 //! and may not be the least depth.
 
 mod arcs;
+mod candidates;
 mod known;
 mod points;
 
@@ -41,11 +42,12 @@ use super::cso::Cso;
 use super::query::DepthScratch;
 use super::witness::Clip;
 use super::{Antipodal, Depth, HubPair};
-use crate::algebra::Placement;
-use crate::algebra::tolerance::{OFFSET_SLACK, SKIPPED_TURN};
+use crate::algebra::tolerance::{CANDIDATE_TURN, OFFSET_SLACK, SKIPPED_TURN};
+use crate::algebra::{PairTable, Placement};
 use crate::body::{Admissible, AdmissibleNormals, Cap, Feature, FeaturePair};
 use crate::collision::StopReason;
-use arcs::Arc;
+use arcs::{Arc, Listed};
+use candidates::{Candidates, Kind};
 use known::KnownPoints;
 
 /// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
@@ -74,14 +76,33 @@ pub struct AdmissibleDepth {
 /// Working memory of the search, for the pieces of two bodies.
 #[derive(Debug)]
 pub struct AdmissibleScratch {
-    arcs_a: Vec<Arc>,
-    arcs_b: Vec<Arc>,
+    arcs_a: Vec<Listed>,
+    arcs_b: Vec<Listed>,
+    candidates: PairTable<Candidates>,
 }
 
 impl AdmissibleScratch {
+    /// Number of pairs whose candidates are stored.
+    const PLACES: usize = 256;
+
     /// Allocates memory for any pair of pieces of the two bodies.
     pub fn new(a: &Admissible, b: &Admissible) -> Self {
-        Self { arcs_a: Vec::with_capacity(a.most_arcs()), arcs_b: Vec::with_capacity(b.most_arcs()) }
+        Self {
+            arcs_a: Vec::with_capacity(a.most_arcs()),
+            arcs_b: Vec::with_capacity(b.most_arcs()),
+            candidates: PairTable::new(Self::PLACES, || Candidates::NONE),
+        }
+    }
+
+    /// Returns the pose at which the candidates of a pair were found.
+    #[cfg(test)]
+    pub(crate) fn candidates_found_at(&mut self, [a, b]: [&AdmissibleNormals<'_>; 2]) -> Placement {
+        self.candidates.of([a.piece(), b.piece()], Candidates::clear).pose_ba()
+    }
+
+    /// Drops all cached data.
+    pub fn clear(&mut self) {
+        self.candidates.values_mut().for_each(Candidates::clear);
     }
 }
 
@@ -89,7 +110,7 @@ impl Clone for AdmissibleScratch {
     /// The room of the lists limits the search, and a copied list would have no room.
     fn clone(&self) -> Self {
         let [arcs_a, arcs_b] = [&self.arcs_a, &self.arcs_b].map(|arcs| Vec::with_capacity(arcs.capacity()));
-        Self { arcs_a, arcs_b }
+        Self { arcs_a, arcs_b, candidates: self.candidates.clone() }
     }
 }
 
@@ -125,12 +146,23 @@ pub(crate) fn least_admissible_depth(
     scratch: &mut AdmissibleScratch,
     depths: &mut DepthScratch,
 ) -> Option<AdmissibleDepth> {
-    let mut search = Search::new(Cso { a: a.polytope(), b: b.polytope(), pose_ba }, a, b, hub);
+    let AdmissibleScratch { arcs_a, arcs_b, candidates } = scratch;
+    let candidates = candidates.of([a.piece(), b.piece()], Candidates::clear);
+    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
+    let mut search = Search::new(cso, a, b, hub);
+    let others = candidates.others(&cso);
+    if others > 0.0 {
+        search.bar = others;
+        search.again(candidates);
+        if search.found.is_some() {
+            return search.answer(&mut depths.clip);
+        }
+        search.bar = f64::INFINITY;
+    }
     if let Some(last) = last {
         search.no_deeper_than(last);
     }
-    search.planes();
-    search.arcs(scratch);
+    search.find(candidates, [arcs_a, arcs_b]);
     search.answer(&mut depths.clip)
 }
 
@@ -150,7 +182,7 @@ pub(crate) fn admissible_bound(
     if let Some(last) = last {
         search.no_deeper_than(last);
     }
-    search.planes();
+    search.planes(|_, _| ());
     let Found { normal, features, hub } = search.found?;
     Some(AdmissibleBound { normal, features, hub: [hub.a, hub.b], depth: search.bar })
 }
@@ -242,6 +274,8 @@ struct Search<'s> {
     cap_b: Cap,
     /// The least h found so far.
     bar: f64,
+    /// Facets are searched that are deeper than the result by this.
+    margin: f64,
     found: Option<Found>,
     stop: StopReason,
 }
@@ -260,6 +294,7 @@ impl<'s> Search<'s> {
             cap_a: a.cap().about(-cso.pose_ba.vector(a.cap().axis)),
             cap_b: b.cap().about(-cso.pose_ba.inverse_vector(b.cap().axis)),
             bar: f64::INFINITY,
+            margin: 0.0,
             found: None,
             stop: StopReason::Converged,
         }
@@ -276,8 +311,12 @@ impl<'s> Search<'s> {
 
     fn try_again(&mut self, last: FeaturePair) {
         match (last.a, last.b) {
-            (Feature::Vertex(_), Feature::Face(face)) if self.b.surface_face(face).is_some() => self.plane_of_b(face),
-            (Feature::Face(face), Feature::Vertex(_)) if self.a.surface_face(face).is_some() => self.plane_of_a(face),
+            (Feature::Vertex(_), Feature::Face(face)) if self.b.surface_face(face).is_some() => {
+                _ = self.plane_of_b(face)
+            }
+            (Feature::Face(face), Feature::Vertex(_)) if self.a.surface_face(face).is_some() => {
+                _ = self.plane_of_a(face)
+            }
             (Feature::Vertex(_), Feature::Edge(edge)) => {
                 if let Some(k) = self.b.borrowed_at(edge) {
                     self.plane_of_b(k);
@@ -297,51 +336,95 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Tries every admissible face normal and every borrowed normal of both pieces.
-    fn planes(&mut self) {
-        for own in self.b.faces() {
-            self.plane_of_b(own.face);
+    /// Tries every facet, and stores the candidates.
+    fn find(&mut self, candidates: &mut Candidates, lists: [&mut Vec<Listed>; 2]) {
+        candidates.begin();
+        // Without the last result, too many facets would be candidates.
+        if self.bar.is_finite() {
+            self.margin = Candidates::margin(&self.cso);
+            self.cap_a = self.cap_a.widened(CANDIDATE_TURN);
+            self.cap_b = self.cap_b.widened(CANDIDATE_TURN);
         }
-        for own in self.a.faces() {
-            self.plane_of_a(own.face);
-        }
-        for k in 0..self.b.borrowed().len() {
-            self.plane_of_b((self.cso.b.face_count() + k) as u32);
-        }
-        for k in 0..self.a.borrowed().len() {
-            self.plane_of_a((self.cso.a.face_count() + k) as u32);
+        self.planes(|kind, index| candidates.add(kind, &[index as usize]));
+        self.arcs(lists, |pair| candidates.add(Kind::Crossing, &pair));
+        let is_complete = self.margin > 0.0 && self.stop == StopReason::Converged;
+        candidates.end(self.cso.pose_ba, if is_complete { self.bar + self.margin } else { f64::NEG_INFINITY });
+    }
+
+    /// Tries the candidates.
+    fn again(&mut self, candidates: &Candidates) {
+        candidates.planes(Kind::FaceOfB).for_each(|index| _ = self.plane_of_b(index));
+        candidates.planes(Kind::FaceOfA).for_each(|index| _ = self.plane_of_a(index));
+        candidates.planes(Kind::BorrowedByB).for_each(|index| _ = self.plane_of_b(index));
+        candidates.planes(Kind::BorrowedByA).for_each(|index| _ = self.plane_of_a(index));
+        for [a, b] in candidates.crossings() {
+            let a = Arc::of(self.a, &self.a.arcs()[a]).reflected(self.cso.pose_ba);
+            self.cross(&a, &Arc::of(self.b, &self.b.arcs()[b]));
         }
     }
 
+    /// Tries every admissible face normal and every borrowed normal of both pieces. Calls
+    /// `candidate` with the kind and number of each facet that may be a candidate.
+    fn planes(&mut self, mut candidate: impl FnMut(Kind, u32)) {
+        for own in self.b.faces() {
+            if self.plane_of_b(own.face) {
+                candidate(Kind::FaceOfB, own.face);
+            }
+        }
+        for own in self.a.faces() {
+            if self.plane_of_a(own.face) {
+                candidate(Kind::FaceOfA, own.face);
+            }
+        }
+        for k in 0..self.b.borrowed().len() {
+            let index = (self.cso.b.face_count() + k) as u32;
+            if self.plane_of_b(index) {
+                candidate(Kind::BorrowedByB, index);
+            }
+        }
+        for k in 0..self.a.borrowed().len() {
+            let index = (self.cso.a.face_count() + k) as u32;
+            if self.plane_of_a(index) {
+                candidate(Kind::BorrowedByA, index);
+            }
+        }
+    }
+
+    /// Tries a plane of b. Returns false if the facet is deeper than the result by the margin.
     #[inline]
-    fn plane_of_b(&mut self, index: u32) {
+    fn plane_of_b(&mut self, index: u32) -> bool {
         let plane = self.b.plane(index);
-        if !self.cap_a.holds(plane.normal) || self.known_a.reject(plane, self.bar) {
-            return;
+        if !self.cap_a.holds(plane.normal) || self.known_a.reject(plane, self.bar + self.margin) {
+            return false;
         }
         let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(plane.normal));
         self.look_from_a(a);
         let offset = -plane.height(self.known_a.newest());
+        let is_near = offset < self.bar + self.margin;
         if offset < self.bar && self.a.vertex_admits(a, self.cso.toward_b(plane.normal)) {
             let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
             self.take(plane.normal, offset, features);
         }
+        is_near
     }
 
+    /// Tries a plane of a, like [`Self::plane_of_b`].
     #[inline]
-    fn plane_of_a(&mut self, index: u32) {
+    fn plane_of_a(&mut self, index: u32) -> bool {
         let plane = self.a.plane(index);
-        if !self.cap_b.holds(plane.normal) || self.known_b.reject(plane, self.bar) {
-            return;
+        if !self.cap_b.holds(plane.normal) || self.known_b.reject(plane, self.bar + self.margin) {
+            return false;
         }
         let normal = -self.cso.pose_ba.vector(plane.normal);
         let b = self.cso.b.support_from(self.hub.b, normal);
         self.look_from_b(b);
         let offset = -plane.height(self.known_b.newest());
+        let is_near = offset < self.bar + self.margin;
         if offset < self.bar && self.b.vertex_admits(b, normal) {
             let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
             self.take(normal, offset, features);
         }
+        is_near
     }
 
     fn look_from_b(&mut self, b: u32) {

@@ -7,10 +7,10 @@
 
 use glam::DVec3;
 
+use crate::algebra::PairTable;
 use crate::body::Body;
 
-/// Number of places for pairs of pieces; a power of two. Where more pairs are checked in a query,
-/// they replace each other.
+/// Number of pairs of pieces for which there is a place.
 const PLACES: usize = 256;
 
 /// A ball that no surface of a body enters, or the distance of a surface from its centre.
@@ -55,24 +55,16 @@ impl ClearBall {
 
 /// The balls of pairs of pieces: around the point of a in b, and around the point of b in a.
 #[derive(Clone, Debug)]
-pub(super) struct ClearBalls {
-    places: Box<[([u32; 2], [ClearBall; 2])]>,
-}
+pub(super) struct ClearBalls(PairTable<[ClearBall; 2]>);
 
 impl ClearBalls {
     pub(super) fn new() -> Self {
-        Self { places: vec![([u32::MAX; 2], [ClearBall::NONE; 2]); PLACES].into() }
+        Self(PairTable::new(PLACES, || [ClearBall::NONE; 2]))
     }
 
     /// Returns the balls of a pair of pieces.
     pub(super) fn of(&mut self, pieces: [u32; 2]) -> &mut [ClearBall; 2] {
-        // An odd factor spreads neighbouring pieces over all places.
-        let place = pieces[0].wrapping_mul(0x9E37_79B1).wrapping_add(pieces[1]) as usize % PLACES;
-        let (owner, balls) = &mut self.places[place];
-        if *owner != pieces {
-            (*owner, *balls) = (pieces, [ClearBall::NONE; 2]);
-        }
-        balls
+        self.0.of(pieces, |balls| *balls = [ClearBall::NONE; 2])
     }
 }
 

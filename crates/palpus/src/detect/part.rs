@@ -306,6 +306,7 @@ impl PartSearch {
         self.front.clear();
         self.contacts.clear();
         self.held.clear();
+        self.admissible.clear();
         if let Some(prover) = &mut self.prover {
             prover.clear();
         }

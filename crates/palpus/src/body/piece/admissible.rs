@@ -186,6 +186,12 @@ impl<'a> AdmissibleNormals<'a> {
         self.polytope
     }
 
+    /// Returns the index of the piece.
+    #[inline]
+    pub(crate) fn piece(&self) -> u32 {
+        self.piece
+    }
+
     /// Returns a cap that contains all admissible normals of the piece.
     #[inline]
     pub fn cap(&self) -> Cap {

@@ -5,9 +5,9 @@ use glam::DVec3;
 
 use super::super::cso::below;
 use super::super::overlay::crossing;
-use super::{AdmissibleScratch, Search};
+use super::Search;
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, PARALLEL_EDGES};
+use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, CANDIDATE_TURN, CROSSING_GAIN, PARALLEL_EDGES};
 use crate::body::{AdmissibleNormals, Feature, FeaturePair, SurfaceArc};
 use crate::collision::StopReason;
 
@@ -38,55 +38,74 @@ impl Arc {
     }
 }
 
+/// An arc and its place among the arcs of its piece.
+pub(super) type Listed = (usize, Arc);
+
+/// Returns true if the arcs of two pieces cross, or may cross after a turn by at most `angle` (rad).
+fn crosses_within(a: &Arc, b: &Arc, angle: f64) -> bool {
+    // The product of an edge with a unit vector changes by at most the angle times its length.
+    let (slack_a, slack_b) = (angle * a.along.length(), angle * b.along.length());
+    let (x, y) = (b.left.dot(a.along), b.right.dot(a.along));
+    let (z, w) = (a.left.dot(b.along), a.right.dot(b.along));
+    let up = x >= -slack_a && y <= slack_a && z >= -slack_b && w <= slack_b;
+    let down = x <= slack_a && y >= -slack_a && z <= slack_b && w >= -slack_b;
+    up || down
+}
+
 impl Search<'_> {
-    /// Tries every crossing of an arc of body a with an arc of b.
-    pub(super) fn arcs(&mut self, scratch: &mut AdmissibleScratch) {
-        let AdmissibleScratch { arcs_a, arcs_b } = scratch;
+    /// Tries every crossing of an arc of body a with an arc of b. Calls `candidate` with the places
+    /// of two arcs that may cross after a small turn.
+    pub(super) fn arcs(&mut self, [arcs_a, arcs_b]: [&mut Vec<Listed>; 2], mut candidate: impl FnMut([usize; 2])) {
         arcs_b.clear();
-        for own in self.b.arcs() {
+        for (place, own) in self.b.arcs().iter().enumerate() {
             let ends = [own.left, own.right].map(|plane| self.b.plane(plane));
             let [left, right] = ends.map(|plane| plane.normal);
+            let bar = self.bar + self.margin;
             // The known supports reject most arcs.
-            if !self.cap_a.may_meet(left, right) || self.known_a.reject_arc(ends, self.bar) {
+            if !self.cap_a.may_meet(left, right) || self.known_a.reject_arc(ends, bar) {
                 continue;
             }
             let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(left + right));
             self.look_from_a(a);
-            if !self.known_a.reject_arc(ends, self.bar) {
-                self.keep(arcs_b, Arc::of(self.b, own));
+            if !self.known_a.reject_arc(ends, bar) {
+                self.keep(arcs_b, (place, Arc::of(self.b, own)));
             }
         }
         if arcs_b.is_empty() {
             return;
         }
         arcs_a.clear();
-        for own in self.a.arcs() {
+        for (place, own) in self.a.arcs().iter().enumerate() {
             let ends = [own.left, own.right].map(|plane| self.a.plane(plane));
             let [left, right] = ends.map(|plane| plane.normal);
-            if !self.cap_b.may_meet(left, right) || self.known_b.reject_arc(ends, self.bar) {
+            let bar = self.bar + self.margin;
+            if !self.cap_b.may_meet(left, right) || self.known_b.reject_arc(ends, bar) {
                 continue;
             }
             let [left, right] = [left, right].map(|normal| -self.cso.pose_ba.vector(normal));
             let b = self.cso.b.support_from(self.hub.b, left + right);
             self.look_from_b(b);
-            if !self.known_b.reject_arc(ends, self.bar) {
-                self.keep(arcs_a, Arc::of(self.a, own).reflected(self.cso.pose_ba));
+            if !self.known_b.reject_arc(ends, bar) {
+                self.keep(arcs_a, (place, Arc::of(self.a, own).reflected(self.cso.pose_ba)));
             }
         }
         let mut looks = 0;
-        for a in &*arcs_a {
+        for (place_a, a) in &*arcs_a {
             looks += arcs_b.len();
             if looks > ADMISSIBLE_CROSSINGS {
                 self.stop = StopReason::Budget;
                 return;
             }
-            for b in &*arcs_b {
+            for (place_b, b) in &*arcs_b {
+                if crosses_within(a, b, CANDIDATE_TURN) {
+                    candidate([*place_a, *place_b]);
+                }
                 self.cross(a, b);
             }
         }
     }
 
-    fn keep(&mut self, arcs: &mut Vec<Arc>, arc: Arc) {
+    fn keep(&mut self, arcs: &mut Vec<Listed>, arc: Listed) {
         if arcs.len() < arcs.capacity() {
             arcs.push(arc);
         } else {
@@ -98,16 +117,18 @@ impl Search<'_> {
     #[inline]
     pub(super) fn cross(&mut self, a: &Arc, b: &Arc) {
         let Some(across) = crossing([a.left, a.right], a.along, [b.left, b.right], b.along) else { return };
+        // A crossing at the end of an arc is as deep as the plane there, and the plane is the result.
+        let bar = self.bar - CROSSING_GAIN * self.cso.size();
         let length = across.length_squared();
         let nearly = PARALLEL_EDGES * PARALLEL_EDGES * a.along.length_squared() * b.along.length_squared();
-        if length <= nearly || !below(across.dot(b.tail - a.tail), length, self.bar) {
+        if length <= nearly || !below(across.dot(b.tail - a.tail), length, bar) {
             return;
         }
         let normal = across.normalize_or_zero();
         let (hub, offset) = self.cso.support(self.hub, normal);
         self.look_from_b(hub.b);
         self.look_from_a(hub.a);
-        if offset < self.bar {
+        if offset < bar {
             let features = FeaturePair { a: Feature::Edge(a.edge), b: Feature::Edge(b.edge) };
             self.take(normal, offset, features);
         }

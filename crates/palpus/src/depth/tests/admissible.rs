@@ -2,10 +2,11 @@
 //! admissible normals.
 
 use super::*;
-use crate::body::{AdmissibleNormals, Body, BodySettings, FeaturePair, PolygonSoup};
+use crate::body::shapes::cuboid;
+use crate::body::{AdmissibleNormals, Body, BodySettings, Feature, FeaturePair, PolygonSoup};
 use crate::depth::cso::Cso;
 use crate::depth::oracle::exhaustive_depth;
-use crate::depth::{AdmissibleDepth, AdmissibleScratch, admissible_depth};
+use crate::depth::{AdmissibleDepth, AdmissibleScratch, admissible_depth, least_admissible_depth};
 
 /// Returns an octahedron whose triangles are subdivided twice. Its vertices are moved in and out by
 /// up to `bumps`, so half of its edges are reflex.
@@ -173,4 +174,71 @@ fn admissible_depth_of_convex_probe_is_continuous() {
         jumps <= pairs / 50_000 && pairs > 20_000,
         "{jumps} jumps of {pairs}, up to {worst} motions, seed {SEED:#x}"
     );
+}
+
+#[test]
+fn candidates_of_earlier_poses_do_not_change_the_depth() {
+    let mut rng = Random::new(SEED);
+    let bodies = [bumpy_ball(&mut rng, 0.1), bumpy_ball(&mut rng, 0.02)];
+    let (mut found, mut again) = (0, 0);
+    for walk in 0..400 {
+        let (a, b) = (&bodies[rng.below(2)], &bodies[rng.below(2)]);
+        let new = || (AdmissibleScratch::new(a.admissible(), b.admissible()), DepthScratch::new());
+        let mut scratch = new();
+        let own_a = a.admissible_normals(rng.below(a.pieces().len()) as u32);
+        let own_b = b.admissible_normals(rng.below(b.pieces().len()) as u32);
+        let mut pose = random_pose(&mut rng, own_a.polytope(), own_b.polytope());
+        let mut last = None;
+        // Slow motions use the margin up, and fast ones exceed it.
+        let [speed, spin] = [10.0_f64.powf(rng.between(-4.0, -1.5)), 10.0_f64.powf(rng.between(-5.0, -2.0))];
+        for tick in 0..200 {
+            let turn = DQuat::from_scaled_axis(rng.vector() * spin);
+            pose = Pose::new(turn * pose.rotation, pose.translation + rng.vector() * speed);
+            let placement = pose.placement();
+            let stored = scratch.0.candidates_found_at([&own_a, &own_b]);
+            let answer = solve([&own_a, &own_b], &placement, last, &mut scratch).1;
+            again += u32::from(scratch.0.candidates_found_at([&own_a, &own_b]) == stored);
+            let anew = solve([&own_a, &own_b], &placement, None, &mut new()).1;
+            let what = format!("walk {walk}, tick {tick}, seed {SEED:#x}");
+            assert_eq!(answer.is_some(), anew.is_some(), "{what}");
+            last = answer.filter(|answer| answer.moved).map(|answer| answer.features);
+            if let (Some(answer), Some(anew)) = (answer, anew) {
+                assert!((answer.depth - anew.depth).abs() < 1e-12, "{what}: {answer:?}, {anew:?}");
+                found += u32::from(answer.moved);
+            }
+        }
+    }
+    assert!(found > 5_000 && (30_000..70_000).contains(&again), "{found} found, {again} of 80000 near the last");
+}
+
+#[test]
+fn plane_is_preferred_to_a_crossing_of_the_same_depth() {
+    // An edge of a lies in the top face of b, parallel to it. Along the top's normal, the edge also
+    // crosses two edges of b.
+    let [high, wide] = [DVec3::new(0.1, 0.05, 0.1), DVec3::new(0.3, 0.2, 0.07)];
+    let [a, b] =
+        [high, wide].map(|half| Body::build(cuboid(-half, half), &BodySettings::default(), &mut |_| ()).unwrap());
+    let [own_a, own_b] = [a.admissible_normals(0), b.admissible_normals(0)];
+    let mut scratch = (AdmissibleScratch::new(a.admissible(), b.admissible()), DepthScratch::new());
+    let mut last = None;
+    for tick in 0..1000 {
+        let pose = |s: f64| {
+            let turn = DQuat::from_rotation_y(0.6 + 0.3 * s);
+            let low = turn.mul_vec3(DVec3::new(0.1, 0.0, -0.1)).z.min(turn.mul_vec3(DVec3::new(-0.1, 0.0, -0.1)).z);
+            Pose::new(turn, DVec3::new(0.05 * s, 0.02, 0.07 - 0.01 * (1.1 + s.sin()) - low))
+        };
+        let placement = pose(0.01 * f64::from(tick)).placement();
+        let walked = depth(own_a.polytope(), own_b.polytope(), &placement, &[], &mut scratch.1);
+        let (candidates, depths) = (&mut scratch.0, &mut scratch.1);
+        let answer = least_admissible_depth(&own_a, &own_b, &placement, walked.hub, last, candidates, depths).unwrap();
+        let FeaturePair { a: feature_a, b: feature_b } = answer.features;
+        assert!(
+            matches!(
+                (feature_a, feature_b),
+                (Feature::Vertex(_), Feature::Face(_)) | (Feature::Face(_), Feature::Vertex(_))
+            ),
+            "tick {tick}: {answer:?}"
+        );
+        last = Some(answer.features);
+    }
 }

@@ -54,6 +54,13 @@ impl Cap {
         Self { axis, ..self }
     }
 
+    /// Returns a cap that contains this cap after each turn by at most `angle` (rad).
+    #[inline]
+    pub fn widened(self, angle: f64) -> Self {
+        // The axis moves by at most the angle, and so does its product with a direction.
+        Self { least: self.least - angle, ..self }
+    }
+
     /// Returns true if the unit vector `direction` lies in the cap.
     #[inline]
     pub fn holds(&self, direction: DVec3) -> bool {
