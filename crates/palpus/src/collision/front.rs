@@ -295,6 +295,12 @@ impl Front {
         (self.unvisited, self.late) = (0, 0);
     }
 
+    /// Returns the stored results of a pair.
+    #[inline]
+    pub fn memory(&self, pair: &LeafPair) -> &WarmStart {
+        pair.memory(&self.memories)
+    }
+
     /// Stores the end of the pair's depth walk (or of its march, if the pair is apart), from which
     /// the next tick's walk starts. `normal` is in b's frame. `hub` are vertices that support the
     /// normal, at least nearly.
@@ -327,7 +333,7 @@ impl Front {
     /// Returns true if a stored result says that the pair has no shared normal, and the result is
     /// still valid.
     pub(crate) fn is_inadmissible(&self, pair: &LeafPair) -> bool {
-        pair.memory.is_some_and(|memory| memory.inadmissible_until >= self.motion_bound.turned())
+        self.memory(pair).inadmissible_until >= self.motion_bound.turned()
     }
 
     /// Returns the number of node pairs in the tree down to the cut.
@@ -400,23 +406,17 @@ impl Front {
     }
 
     /// Marches a pair from the end of its last march; a pair without stored results has no such
-    /// start. Returns the result, and the data that were stored for the pair before.
-    fn march(
-        &mut self,
-        query: &PlacedPair<'_>,
-        place: u32,
-        counters: &mut TraversalCounters,
-    ) -> (March, Option<WarmStart>) {
+    /// start.
+    fn march(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> March {
         let pair = &mut self.pairs[place as usize];
         let (polytope_a, polytope_b) = query.polytopes([pair.a, pair.b]);
         let memory = &mut self.memories[place as usize];
-        let before = pair.known.then_some(*memory);
-        let start = before.map_or_else(|| initial_features(polytope_a, polytope_b, query.pose_ba), |m| m.features);
-        let answer = march(polytope_a, polytope_b, query.pose_ba, start);
         if !pair.known {
-            *memory = WarmStart::BLANK;
+            let features = initial_features(polytope_a, polytope_b, query.pose_ba);
+            *memory = WarmStart { features, ..WarmStart::BLANK };
             pair.known = true;
         }
+        let answer = march(polytope_a, polytope_b, query.pose_ba, memory.features);
         memory.features = answer.features;
         // If a pair that is apart overlaps again later, its depth may have any direction.
         if let Proximity::Disjoint(Closest { normal, features, distance, .. }) = answer.proximity
@@ -428,13 +428,13 @@ impl Front {
         }
         counters.march_steps += answer.steps;
         counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);
-        (answer, before)
+        answer
     }
 
-    fn leaf_pair(&mut self, query: &PlacedPair<'_>, place: u32, answer: March, memory: Option<WarmStart>) -> LeafPair {
+    fn leaf_pair(&mut self, query: &PlacedPair<'_>, place: u32, answer: &March) -> LeafPair {
         let [piece_a, piece_b] = self.pieces(query, place);
         self.end_rest(place, [piece_a, piece_b]);
-        LeafPair { piece_a, piece_b, place: Some(place), proximity: answer.proximity, memory }
+        LeafPair { piece_a, piece_b, place: Some(place), proximity: answer.proximity }
     }
 
     /// Returns the pieces of a pair of leaves.

@@ -26,12 +26,18 @@ pub struct LeafPair {
     pub(crate) place: Option<u32>,
     /// Apart or overlapping.
     pub proximity: Proximity,
-    /// The pair's warm start from the last query.
-    pub memory: Option<WarmStart>,
+}
+
+impl LeafPair {
+    /// Returns the pair's warm start among `memories`, the warm starts at all places of the front.
+    #[inline]
+    pub(super) fn memory<'m>(&self, memories: &'m [WarmStart]) -> &'m WarmStart {
+        self.place.map_or(&WarmStart::BLANK, |place| &memories[place as usize])
+    }
 }
 
 /// Leaf pairs up to a capacity.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct LeafPairs {
     pairs: Vec<LeafPair>,
     capacity: usize,
@@ -95,25 +101,26 @@ impl LeafPairs {
         self.dropped
     }
 
-    /// Adds a pair. If the list is full, leaves out the least deep pair.
+    /// Adds a pair. If the list is full, leaves out the least deep pair. `memories` are the warm
+    /// starts at all places of the front.
     #[inline]
-    pub(super) fn push(&mut self, pair: LeafPair, placed: &PlacedPair<'_>) {
+    pub(super) fn push(&mut self, pair: LeafPair, placed: &PlacedPair<'_>, memories: &[WarmStart]) {
         if self.pairs.len() < self.capacity {
             self.pairs.push(pair);
         } else {
-            self.replace(pair, placed);
+            self.replace(pair, placed, memories);
         }
     }
 
     #[cold]
-    fn replace(&mut self, pair: LeafPair, placed: &PlacedPair<'_>) {
+    fn replace(&mut self, pair: LeafPair, placed: &PlacedPair<'_>, memories: &[WarmStart]) {
         self.dropped += 1;
         if self.ranks.is_empty() {
             for (k, pair) in self.pairs.iter().enumerate() {
-                self.ranks.push(Rank { separation: likely_separation(pair, placed), pair: k as u32 });
+                self.ranks.push(Rank { separation: likely_separation(pair, placed, memories), pair: k as u32 });
             }
         }
-        let separation = likely_separation(&pair, placed);
+        let separation = likely_separation(&pair, placed, memories);
         if let Some(mut least_deep) = self.ranks.peek_mut()
             && separation < least_deep.separation
         {
@@ -125,13 +132,13 @@ impl LeafPairs {
 
 /// Returns the distance of a pair that is apart, or minus the estimated depth of an overlapping
 /// pair.
-fn likely_separation(pair: &LeafPair, placed: &PlacedPair<'_>) -> f64 {
+fn likely_separation(pair: &LeafPair, placed: &PlacedPair<'_>, memories: &[WarmStart]) -> f64 {
     let overlap = match pair.proximity {
         Proximity::Disjoint(closest) => return closest.distance,
         Proximity::Overlapping(overlap) => overlap,
     };
     let (piece_a, piece_b) = (&placed.a.pieces[pair.piece_a as usize], &placed.b.pieces[pair.piece_b as usize]);
-    let remembered = pair.memory.filter(|memory| memory.facet.is_some());
+    let remembered = Some(pair.memory(memories)).filter(|memory| memory.facet.is_some());
     let direction = remembered.map_or(overlap.direction, |memory| memory.normal).normalize_or(DVec3::Z);
     let hub = remembered.map_or([0; 2], |memory| memory.hub);
     support_gap(piece_a, piece_b, placed.pose_ba, direction, hub).0
@@ -196,7 +203,7 @@ mod tests {
             let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
             // At this pose all overlapping pairs are equally deep, and deeper than pairs that are
             // apart.
-            found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, &placed);
+            found.push(LeafPair { piece_a, piece_b, place, proximity }, &placed, &[WarmStart::BLANK]);
         }
         let overlapping = separations.iter().filter(|&&separation| separation <= 0.0).count();
         assert!(overlapping > 7, "seed {SEED:#x}");
@@ -207,7 +214,7 @@ mod tests {
             let closest = Closest { point_a: DVec3::ZERO, point_b: DVec3::ZERO, normal: DVec3::Z, distance, features };
             let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
             let proximity = Proximity::Disjoint(closest);
-            found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, &placed);
+            found.push(LeafPair { piece_a, piece_b, place, proximity }, &placed, &[WarmStart::BLANK]);
         }
         let mut sorted = separations.clone();
         sorted.sort_by(f64::total_cmp);

@@ -11,29 +11,33 @@ use crate::algebra::tolerance::{
     REPRESENTED_NEARER, REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL,
 };
 use crate::body::FeaturePair;
-use crate::collision::{Closest, LeafPair, Proximity, Represented, support_gap};
+use crate::collision::{Closest, LeafPair, Proximity, Represented, WarmStart, support_gap};
 use crate::depth::admissible_bound;
 
 impl PartSearch {
     /// Extrapolates the contacts of the leaf pairs from index `first` on, because the quota is
     /// spent.
     #[cold]
-    pub(super) fn hold_the_rest(&mut self, input: &QueryInput<'_>, first: usize, counters: &mut QueryCounters) {
+    pub(super) fn hold_the_rest(
+        &mut self,
+        input: &QueryInput<'_>,
+        leaves: &[LeafPair],
+        first: usize,
+        counters: &mut QueryCounters,
+    ) {
         // Pairs whose wake time has come are first in the list and not part of the rotation. The
         // next query continues the rotation where this quota ended.
         let mut resumed = false;
-        let count = self.leaves.as_slice().len();
-        for k in first..count {
-            let leaf = self.leaves.as_slice()[k];
-            let left = count - k - 1;
+        for (k, leaf) in leaves.iter().enumerate().skip(first) {
+            let left = leaves.len() - k - 1;
             counters.traversal.postponed += 1;
             let Some(place) = leaf.place else {
-                self.answer_unheld(input, &leaf, left, counters);
+                self.answer_unheld(input, leaf, left, counters);
                 continue;
             };
             match self.hold(input, place, [leaf.piece_a, leaf.piece_b], left) {
                 Some(held) => counters.held += held,
-                None => self.answer_unheld(input, &leaf, left, counters),
+                None => self.answer_unheld(input, leaf, left, counters),
             }
             if !resumed {
                 self.resume = Some(place);
@@ -123,7 +127,7 @@ impl PartSearch {
             }
             Proximity::Overlapping(_) => {
                 let [normals_a, normals_b] = input.admissible_normals(leaf);
-                let (last, hub) = leaf.memory.map_or((None, [0; 2]), |memory| (memory.admissible, memory.hub));
+                let WarmStart { hub, admissible: last, .. } = *self.front.memory(leaf);
                 let bound = admissible_bound(&normals_a, &normals_b, &input.place, hub, last)?;
                 self.front.remember_admissible(leaf, Some(bound.features));
                 (bound.normal, bound.hub, -bound.depth)

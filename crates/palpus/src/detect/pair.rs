@@ -57,13 +57,14 @@ impl PartSearch {
             return self.at_admissible_depth(input, leaf, counters);
         }
         let place = &input.place;
-        let memory = leaf.memory.filter(|memory| memory.facet.is_some());
+        let memory = Some(*self.front.memory(leaf)).filter(|memory| memory.facet.is_some());
         if let Some(memory) = memory
             && let Some(found) = self.moved_again(input, leaf, &memory, counters)
         {
             return found;
         }
         let walked = self.walk(input, leaf, overlap, memory);
+        let known = memory.is_some() || self.front.memory(leaf).inadmissible_until.is_finite();
         // The next walk starts at the end of this walk, even if its normal is not admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
         counters.walks += 1;
@@ -81,7 +82,7 @@ impl PartSearch {
         let Some(real) = real else {
             // The angle costs about as much as the walk that it saves, so it is not computed for a
             // pair without cached data.
-            if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.inadmissible_until.is_finite()) {
+            if known {
                 let angle = inadmissible_angle(&normals_a, &normals_b, place);
                 if angle > 0.0 {
                     self.front.remember_inadmissible(leaf, angle);
@@ -143,7 +144,7 @@ impl PartSearch {
     /// piece of one surface also overlaps, a little and at its sides, the pieces beside its
     /// counterpart.
     fn at_admissible_depth(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
-        let (hub, last) = leaf.memory.map_or(([0; 2], None), |memory| (memory.hub, memory.admissible));
+        let WarmStart { hub, admissible: last, .. } = *self.front.memory(leaf);
         let real = self.least_admissible(input, leaf, hub, last);
         self.front.remember_admissible(leaf, real.map(|real| real.features));
         real.map_or(Found::Inadmissible(None), |real| moved(leaf, &real, counters))

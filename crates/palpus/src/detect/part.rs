@@ -192,13 +192,14 @@ impl PartSearch {
         }
         let placed = PlacedPair { thinner_than: thin, ..input.placed() };
         self.front.within_quota(&placed, quota, &mut self.leaves);
-        for k in 0..self.leaves.as_slice().len() {
-            let leaf = self.leaves.as_slice()[k];
+        let leaves = std::mem::take(&mut self.leaves);
+        for leaf in leaves.as_slice() {
             let before = counters.work();
-            let found = self.contact(input, &leaf, counters);
+            let found = self.contact(input, leaf, counters);
             self.contacts.extend(accepted(input, &found, &mut self.clear_balls));
             quota.spend(WORK_ANSWER + counters.work() - before);
         }
+        self.leaves = leaves;
     }
 
     /// Finds the contacts of the leaf pairs until the quota is spent. Returns the shallowest
@@ -213,20 +214,20 @@ impl PartSearch {
         let mut rejected = RejectedContacts::default();
         let rests = self.rest_share > 0.0;
         self.touching = 0;
-        let count = self.leaves.as_slice().len();
         let sampled = self.begin_sampled();
-        for k in 0..count {
-            let leaf = self.leaves.as_slice()[k];
+        let leaves = std::mem::take(&mut self.leaves);
+        let count = leaves.as_slice().len();
+        for (k, leaf) in leaves.as_slice().iter().enumerate() {
             if k > 0 && quota.is_spent() {
-                self.hold_the_rest(input, k, counters);
+                self.hold_the_rest(input, leaves.as_slice(), k, counters);
                 break;
             }
             if k >= sampled {
                 if k == sampled && self.sample.is_blank() {
                     self.sample.keep(&self.contacts, input.tolerance);
                 }
-                if let Some((bound, separation)) = self.representation(input, &leaf) {
-                    self.front.represent(&input.placed(), &leaf, &bound, separation);
+                if let Some((bound, separation)) = self.representation(input, leaf) {
+                    self.front.represent(&input.placed(), leaf, &bound, separation);
                     counters.represented += 1;
                     quota.spend(WORK_BOUND);
                     continue;
@@ -234,8 +235,8 @@ impl PartSearch {
             }
             let known = self.contacts.len();
             let before = counters.work();
-            let foretold = if rests { self.foretell(input, &leaf) } else { None };
-            let found = self.contact(input, &leaf, counters);
+            let foretold = if rests { self.foretell(input, leaf) } else { None };
+            let found = self.contact(input, leaf, counters);
             match found {
                 Found::Nothing => counters.virtual_closest += 1,
                 Found::Admissible(contact) | Found::Moved(contact, _) if -contact.separation > self.deepest => {
@@ -258,18 +259,19 @@ impl PartSearch {
                         contact.map_or(rejected.unshared, |contact| shallower(rejected.unshared, contact));
                 }
             }
-            if k >= sampled && self.represent_measured(input, &leaf, known) {
+            if k >= sampled && self.represent_measured(input, leaf, known) {
                 counters.represented += 1;
                 continue;
             }
             self.sample.weigh(&mut self.contacts[known..], &input.range());
             self.touching += u32::from(self.contacts.len() > known);
-            self.keep(input, &leaf, [known, count - k - 1], &found, counters);
+            self.keep(input, leaf, [known, count - k - 1], &found, counters);
             if rests {
-                self.rest(input, &leaf, known, foretold);
+                self.rest(input, leaf, known, foretold);
             }
             quota.spend(WORK_ANSWER + counters.work() - before);
         }
+        self.leaves = leaves;
         rejected
     }
 

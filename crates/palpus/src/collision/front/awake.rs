@@ -41,12 +41,13 @@ impl Front {
             let before = counters.work();
             counters.node_pairs += 1;
             counters.leaf_tests += 1;
-            let (answer, memory) = self.march(query, place, counters);
+            let answer = self.march(query, place, counters);
             quota.spend(counters.work() - before);
             if answer.is_within(query.tolerance) {
                 self.awake[kept] = place;
                 kept += 1;
-                found.push(self.leaf_pair(query, place, answer, memory), query);
+                let leaf = self.leaf_pair(query, place, &answer);
+                found.push(leaf, query, &self.memories);
             } else {
                 self.postpone(query, place, answer.distance());
             }

@@ -45,12 +45,14 @@ impl Front {
         counters: &mut TraversalCounters,
     ) {
         let root = NodePair { nodes, bound: 0.0 };
-        self.descend(query, root, query.tolerance, counters, &mut |nodes, answer| {
+        let mut below = std::mem::take(&mut self.below);
+        descend(query, root, query.tolerance, &mut below, counters, &mut |nodes, answer| {
             if answer.is_within(query.tolerance) {
-                found.push(unremembered(query, nodes, answer), query);
+                found.push(unremembered(query, nodes, answer), query, &self.memories);
             }
             query.tolerance
         });
+        self.below = below;
     }
 
     /// Writes the nearest of all leaf pairs to `found`, or an overlapping pair if there is one.
@@ -115,7 +117,8 @@ impl Front {
         counters: &mut TraversalCounters,
     ) {
         let mut last = self.last_nearest;
-        let limit = self.descend(query, pair, near.limit, counters, &mut |nodes, answer| {
+        let mut below = std::mem::take(&mut self.below);
+        let limit = descend(query, pair, near.limit, &mut below, counters, &mut |nodes, answer| {
             let distance = answer.distance();
             if distance < near.limit && near.known != Some(nodes) {
                 if distance + near.slack < near.limit {
@@ -123,57 +126,59 @@ impl Front {
                     near.found.retain_within(near.limit);
                     last = Some(nodes);
                 }
-                near.found.push(unremembered(query, nodes, answer), query);
+                near.found.push(unremembered(query, nodes, answer), query, &self.memories);
             }
             // Nothing is nearer than an overlap.
             if matches!(answer.proximity, Proximity::Overlapping(_)) { f64::NEG_INFINITY } else { near.limit }
         });
         near.limit = limit;
+        self.below = below;
         self.last_nearest = last;
     }
+}
 
-    /// Calls `visit` with the leaf pairs below a pair that are no farther apart than the limit.
-    /// Each call returns a new limit. Returns the last limit.
-    fn descend(
-        &mut self,
-        query: &PlacedPair<'_>,
-        pair: NodePair,
-        mut limit: f64,
-        counters: &mut TraversalCounters,
-        visit: &mut impl FnMut([u32; 2], &March) -> f64,
-    ) -> f64 {
-        self.below.clear();
-        self.below.push(pair);
-        while let Some(NodePair { nodes, bound }) = self.below.pop() {
-            if bound > limit {
-                continue;
-            }
-            let (polytope_a, polytope_b) = query.polytopes(nodes);
-            let start = initial_features(polytope_a, polytope_b, query.pose_ba);
-            let answer = march(polytope_a, polytope_b, query.pose_ba, start);
-            let split = query.halves(nodes);
-            counters.node_pairs += 1;
-            counters.leaf_tests += u32::from(split.is_none());
-            counters.hull_tests += u32::from(split.is_some());
-            counters.march_steps += answer.steps;
-            counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);
-            if answer.distance() > limit {
-                continue;
-            }
-            let Some(split) = split else {
-                limit = visit(nodes, &answer);
-                continue;
-            };
-            let [one, other] = split.map(|nodes| NodePair { nodes, bound: query.bound(nodes, limit) });
-            let (near, far) = if other.bound < one.bound { (other, one) } else { (one, other) };
-            self.below.extend([far, near]);
+/// Calls `visit` with the leaf pairs below a pair that are no farther apart than the limit.
+/// Each call returns a new limit. Returns the last limit. `below` is the memory for
+/// the search.
+fn descend(
+    query: &PlacedPair<'_>,
+    pair: NodePair,
+    mut limit: f64,
+    below: &mut Vec<NodePair>,
+    counters: &mut TraversalCounters,
+    visit: &mut impl FnMut([u32; 2], &March) -> f64,
+) -> f64 {
+    below.clear();
+    below.push(pair);
+    while let Some(NodePair { nodes, bound }) = below.pop() {
+        if bound > limit {
+            continue;
         }
-        limit
+        let (polytope_a, polytope_b) = query.polytopes(nodes);
+        let start = initial_features(polytope_a, polytope_b, query.pose_ba);
+        let answer = march(polytope_a, polytope_b, query.pose_ba, start);
+        let split = query.halves(nodes);
+        counters.node_pairs += 1;
+        counters.leaf_tests += u32::from(split.is_none());
+        counters.hull_tests += u32::from(split.is_some());
+        counters.march_steps += answer.steps;
+        counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);
+        if answer.distance() > limit {
+            continue;
+        }
+        let Some(split) = split else {
+            limit = visit(nodes, &answer);
+            continue;
+        };
+        let [one, other] = split.map(|nodes| NodePair { nodes, bound: query.bound(nodes, limit) });
+        let (near, far) = if other.bound < one.bound { (other, one) } else { (one, other) };
+        below.extend([far, near]);
     }
+    limit
 }
 
 /// Returns a leaf pair without a place in the front.
 fn unremembered(query: &PlacedPair<'_>, nodes: [u32; 2], answer: &March) -> LeafPair {
     let (piece_a, piece_b) = (piece_of(query.a, nodes[0]), piece_of(query.b, nodes[1]));
-    LeafPair { piece_a, piece_b, place: None, proximity: answer.proximity, memory: None }
+    LeafPair { piece_a, piece_b, place: None, proximity: answer.proximity }
 }

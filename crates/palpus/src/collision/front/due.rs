@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::super::bounds::{box_gap, sphere_gap};
 use super::super::wakes::{BLOCK, NEVER};
-use super::super::{LeafPairs, March, TraversalCounters, WarmStart, support_gap};
+use super::super::{LeafPairs, March, TraversalCounters, support_gap};
 use super::{Front, Pair, PlacedPair, State};
 use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_WAIT, SPHERE_WAIT};
@@ -38,7 +38,7 @@ enum Measured {
     /// The pair is at least this far apart, and not nearer than the tolerance.
     Apart(f64),
     /// The pair is a pair of leaves within the tolerance.
-    Within(March, Option<WarmStart>),
+    Within(March),
     /// The nodes are within the tolerance, and at least one of them is not a leaf.
     Near,
 }
@@ -179,11 +179,12 @@ impl Front {
                 self.postpone(query, place, distance);
                 self.merge(query, place, counters);
             }
-            Measured::Within(answer, memory) => {
+            Measured::Within(answer) => {
                 self.pairs[place as usize].state = State::Awake;
                 self.wakes.set(place, NEVER);
                 self.awake.push(place);
-                found.push(self.leaf_pair(query, place, answer, memory), query);
+                let leaf = self.leaf_pair(query, place, &answer);
+                found.push(leaf, query, &self.memories);
             }
             Measured::Near if self.split(query, place) => counters.split += 1,
             Measured::Near => {
@@ -229,9 +230,9 @@ impl Front {
         let leaves = [node_a, node_b].iter().all(|node| matches!(node.kind, NodeKind::Leaf { .. }));
         counters.leaf_tests += u32::from(leaves);
         counters.hull_tests += u32::from(!leaves);
-        let (answer, memory) = self.march(query, place, counters);
+        let answer = self.march(query, place, counters);
         match (leaves, answer.distance()) {
-            (true, _) if answer.is_within(query.tolerance) => Measured::Within(answer, memory),
+            (true, _) if answer.is_within(query.tolerance) => Measured::Within(answer),
             (false, apart) if apart <= query.tolerance => Measured::Near,
             (_, apart) => Measured::Apart(apart),
         }
