@@ -20,7 +20,7 @@ impl<T> PairTable<T> {
         // Fibonacci hashing: the odd multiplier is 2³² divided by the golden ratio. It spreads
         // neighbouring pieces over all places.
         let hash = pair[0].wrapping_mul(31).wrapping_add(pair[1]).wrapping_mul(0x9E37_79B9);
-        let place = (u64::from(hash) * self.places.len() as u64 >> 32) as usize;
+        let place = ((u64::from(hash) * self.places.len() as u64) >> 32) as usize;
         let (owner, value) = &mut self.places[place];
         if *owner != pair {
             *owner = pair;

@@ -968,17 +968,27 @@ pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
 /// depths inexact.
 pub const CROSSING_GAIN: f64 = 1e-13;
 
-/// Margin of the search for candidates, divided by the radius of the smaller piece.
+/// Number of searches along admissible normals for which candidates stay valid.
 ///
-/// A facet that is deeper than the result by more than the margin is not a candidate. With a larger
-/// value, a search has more candidates; with a smaller one, all facets are searched more often.
-pub const CANDIDATE_MARGIN: f64 = 0.03;
+/// With a larger value there are more candidates; with a smaller one, all facets are searched more
+/// often.
+pub const CANDIDATE_SEARCHES: f64 = 16.0;
 
-/// Angle (rad) by which two pieces turn at most before all facets are searched again.
+/// The largest path for which candidates are found, divided by the radius of the smaller piece.
 ///
-/// A larger value lets through more normals outside the caps of the pieces; with a smaller one, all
-/// facets are searched more often.
+/// In faster motion all facets are searched each time. A larger value then finds candidates that
+/// are almost all facets; a smaller one searches all facets in moderate motion.
+pub const CANDIDATE_PATH: f64 = 0.1;
+
+/// As [`CANDIDATE_PATH`], for the turn (rad).
 pub const CANDIDATE_TURN: f64 = 0.05;
+
+/// The smallest path for which candidates are found, divided by the radius of the smaller piece,
+/// and the smallest turn (rad).
+///
+/// With a larger value there are more candidates at rest; with a smaller one, all facets are
+/// searched several times when a motion begins.
+pub const CANDIDATE_LEAST: f64 = 1e-3;
 
 // depth: the certificate (certificate, inner)
 

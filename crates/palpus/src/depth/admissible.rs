@@ -27,6 +27,9 @@
 //! 3. Cross the remaining arcs of body a with the remaining arcs of b. Compute the true supports of
 //!    the facet with the smallest offset.
 //!
+//! A search also stores its candidates ([`Candidates`]): the facets that can be the result after a
+//! small motion. The next searches try only these.
+//!
 //! Deviation from \[K02\]: the paper moves a depth from virtual features to a neighbouring original
 //! feature, and then walks one step further. The paper's depth jumps if the neighbourhood changes,
 //! and may not be the least depth.
@@ -42,12 +45,12 @@ use super::cso::Cso;
 use super::query::DepthScratch;
 use super::witness::Clip;
 use super::{Antipodal, Depth, HubPair};
-use crate::algebra::tolerance::{CANDIDATE_TURN, OFFSET_SLACK, SKIPPED_TURN};
+use crate::algebra::tolerance::{OFFSET_SLACK, SKIPPED_TURN};
 use crate::algebra::{PairTable, Placement};
 use crate::body::{Admissible, AdmissibleNormals, Cap, Feature, FeaturePair};
 use crate::collision::StopReason;
 use arcs::{Arc, Listed};
-use candidates::{Candidates, Kind};
+use candidates::{Candidates, Kind, Motion};
 use known::KnownPoints;
 
 /// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
@@ -150,17 +153,21 @@ pub(crate) fn least_admissible_depth(
     let candidates = candidates.of([a.piece(), b.piece()], Candidates::clear);
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let mut search = Search::new(cso, a, b, hub);
-    let others = candidates.others(&cso);
+    let motion = candidates.motion(&cso);
+    let others = candidates.others(&motion);
     if others > 0.0 {
         search.bar = others;
         search.again(candidates);
         if search.found.is_some() {
+            candidates.count();
             return search.answer(&mut depths.clip);
         }
         search.bar = f64::INFINITY;
     }
     if let Some(last) = last {
         search.no_deeper_than(last);
+        // Without the last result, too many facets would be candidates.
+        search.reach = candidates.reach(&cso, &motion).filter(|_| search.bar.is_finite());
     }
     search.find(candidates, [arcs_a, arcs_b]);
     search.answer(&mut depths.clip)
@@ -274,6 +281,8 @@ struct Search<'s> {
     cap_b: Cap,
     /// The least h found so far.
     bar: f64,
+    /// The motion for which the candidates stay valid; `None` if no candidates are searched.
+    reach: Option<Motion>,
     /// Facets are searched that are deeper than the result by this.
     margin: f64,
     found: Option<Found>,
@@ -294,6 +303,7 @@ impl<'s> Search<'s> {
             cap_a: a.cap().about(-cso.pose_ba.vector(a.cap().axis)),
             cap_b: b.cap().about(-cso.pose_ba.inverse_vector(b.cap().axis)),
             bar: f64::INFINITY,
+            reach: None,
             margin: 0.0,
             found: None,
             stop: StopReason::Converged,
@@ -339,16 +349,14 @@ impl<'s> Search<'s> {
     /// Tries every facet, and stores the candidates.
     fn find(&mut self, candidates: &mut Candidates, lists: [&mut Vec<Listed>; 2]) {
         candidates.begin();
-        // Without the last result, too many facets would be candidates.
-        if self.bar.is_finite() {
-            self.margin = Candidates::margin(&self.cso);
-            self.cap_a = self.cap_a.widened(CANDIDATE_TURN);
-            self.cap_b = self.cap_b.widened(CANDIDATE_TURN);
-        }
+        let Motion { path, turn } = self.reach.unwrap_or(Motion::NONE);
+        self.margin = path;
+        self.cap_a = self.cap_a.widened(turn);
+        self.cap_b = self.cap_b.widened(turn);
         self.planes(|kind, index| candidates.add(kind, &[index as usize]));
         self.arcs(lists, |pair| candidates.add(Kind::Crossing, &pair));
-        let is_complete = self.margin > 0.0 && self.stop == StopReason::Converged;
-        candidates.end(self.cso.pose_ba, if is_complete { self.bar + self.margin } else { f64::NEG_INFINITY });
+        let is_complete = self.reach.is_some() && self.stop == StopReason::Converged;
+        candidates.end(self.cso.pose_ba, if is_complete { self.bar + path } else { f64::NEG_INFINITY }, turn);
     }
 
     /// Tries the candidates.

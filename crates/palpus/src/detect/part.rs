@@ -217,6 +217,7 @@ impl PartSearch {
         let sampled = self.begin_sampled();
         let leaves = std::mem::take(&mut self.leaves);
         let count = leaves.as_slice().len();
+        let mut spent = counters.work();
         for (k, leaf) in leaves.as_slice().iter().enumerate() {
             if k > 0 && quota.is_spent() {
                 self.hold_the_rest(input, leaves.as_slice(), k, counters);
@@ -234,7 +235,6 @@ impl PartSearch {
                 }
             }
             let known = self.contacts.len();
-            let before = counters.work();
             let foretold = if rests { self.foretell(input, leaf) } else { None };
             let found = self.contact(input, leaf, counters);
             match found {
@@ -261,6 +261,7 @@ impl PartSearch {
             }
             if k >= sampled && self.represent_measured(input, leaf, known) {
                 counters.represented += 1;
+                spent = counters.work();
                 continue;
             }
             self.sample.weigh(&mut self.contacts[known..], &input.range());
@@ -269,7 +270,9 @@ impl PartSearch {
             if rests {
                 self.rest(input, leaf, known, foretold);
             }
-            quota.spend(WORK_ANSWER + counters.work() - before);
+            let work = counters.work();
+            quota.spend(WORK_ANSWER + work - spent);
+            spent = work;
         }
         self.leaves = leaves;
         rejected

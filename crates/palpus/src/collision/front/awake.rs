@@ -22,6 +22,7 @@ impl Front {
         resting.clear();
         let mut kept = 0;
         let mut visited = false;
+        let mut spent = counters.work();
         for k in 0..count {
             let place = self.awake[k];
             if self.rest_share > 0.0 && self.is_at_rest(place) {
@@ -38,11 +39,12 @@ impl Front {
                 kept += 1;
                 continue;
             }
-            let before = counters.work();
             counters.node_pairs += 1;
             counters.leaf_tests += 1;
             let answer = self.march(query, place, counters);
-            quota.spend(counters.work() - before);
+            let work = counters.work();
+            quota.spend(work - spent);
+            spent = work;
             if answer.is_within(query.tolerance) {
                 self.awake[kept] = place;
                 kept += 1;

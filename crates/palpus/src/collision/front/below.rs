@@ -137,9 +137,8 @@ impl Front {
     }
 }
 
-/// Calls `visit` with the leaf pairs below a pair that are no farther apart than the limit.
-/// Each call returns a new limit. Returns the last limit. `below` is the memory for
-/// the search.
+/// Calls `visit` with the leaf pairs below a pair that are no farther apart than the limit. Each
+/// call returns a new limit. Returns the last limit. `below` is memory for the search.
 fn descend(
     query: &PlacedPair<'_>,
     pair: NodePair,

@@ -7,7 +7,7 @@ use super::super::cso::below;
 use super::super::overlay::crossing;
 use super::Search;
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, CANDIDATE_TURN, CROSSING_GAIN, PARALLEL_EDGES};
+use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, CROSSING_GAIN, PARALLEL_EDGES};
 use crate::body::{AdmissibleNormals, Feature, FeaturePair, SurfaceArc};
 use crate::collision::StopReason;
 
@@ -41,10 +41,11 @@ impl Arc {
 /// An arc and its place among the arcs of its piece.
 pub(super) type Listed = (usize, Arc);
 
-/// Returns true if the arcs of two pieces cross, or may cross after a turn by at most `angle` (rad).
-fn crosses_within(a: &Arc, b: &Arc, angle: f64) -> bool {
-    // The product of an edge with a unit vector changes by at most the angle times its length.
-    let (slack_a, slack_b) = (angle * a.along.length(), angle * b.along.length());
+/// Returns true if the arcs of two pieces cross, or may cross after a turn. `turn` is the largest
+/// change of a unit vector.
+fn crosses_within(a: &Arc, b: &Arc, turn: f64) -> bool {
+    // The product of an edge with a unit vector changes by at most this times the edge's length.
+    let (slack_a, slack_b) = (turn * a.along.length(), turn * b.along.length());
     let (x, y) = (b.left.dot(a.along), b.right.dot(a.along));
     let (z, w) = (a.left.dot(b.along), a.right.dot(b.along));
     let up = x >= -slack_a && y <= slack_a && z >= -slack_b && w <= slack_b;
@@ -97,7 +98,7 @@ impl Search<'_> {
                 return;
             }
             for (place_b, b) in &*arcs_b {
-                if crosses_within(a, b, CANDIDATE_TURN) {
+                if self.reach.is_some_and(|reach| crosses_within(a, b, reach.turn)) {
                     candidate([*place_a, *place_b]);
                 }
                 self.cross(a, b);
@@ -117,7 +118,8 @@ impl Search<'_> {
     #[inline]
     pub(super) fn cross(&mut self, a: &Arc, b: &Arc) {
         let Some(across) = crossing([a.left, a.right], a.along, [b.left, b.right], b.along) else { return };
-        // A crossing at the end of an arc is as deep as the plane there, and the plane is the result.
+        // A crossing at the end of an arc is as deep as the plane there, and the plane is
+        // preferred.
         let bar = self.bar - CROSSING_GAIN * self.cso.size();
         let length = across.length_squared();
         let nearly = PARALLEL_EDGES * PARALLEL_EDGES * a.along.length_squared() * b.along.length_squared();
