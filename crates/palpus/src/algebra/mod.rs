@@ -1,5 +1,6 @@
 //! Rigid placements, spatial vectors and matrices, planes, closest points, interfaces to the
-//! caller's clock and workers, seeded random numbers, quantiles, and all tolerances.
+//! caller's clock and workers, seeded random numbers, quantiles, tables of cached values for pairs,
+//! and all tolerances.
 
 mod clock;
 mod closest;
