@@ -36,7 +36,7 @@ impl LeafPair {
     }
 }
 
-/// Leaf pairs up to a capacity.
+/// Leaf pairs up to a capacity. The default value has no room; it stands in for a list in use.
 #[derive(Clone, Debug, Default)]
 pub struct LeafPairs {
     pairs: Vec<LeafPair>,

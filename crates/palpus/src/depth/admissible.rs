@@ -37,6 +37,7 @@
 mod arcs;
 mod candidates;
 mod known;
+mod planes;
 mod points;
 
 use glam::DVec3;
@@ -76,7 +77,8 @@ pub struct AdmissibleDepth {
     pub stop: StopReason,
 }
 
-/// Working memory of the search, for the pieces of two bodies.
+/// Working memory of the search, for the pieces of two bodies, with the candidates of the last
+/// searches. It must not be used for other bodies.
 #[derive(Debug)]
 pub struct AdmissibleScratch {
     arcs_a: Vec<Listed>,
@@ -166,10 +168,10 @@ pub(crate) fn least_admissible_depth(
     }
     if let Some(last) = last {
         search.no_deeper_than(last);
-        // Without the last result, too many facets would be candidates.
-        search.reach = candidates.reach(&cso, &motion).filter(|_| search.bar.is_finite());
     }
-    search.find(candidates, [arcs_a, arcs_b]);
+    // Without the last result, too many facets would be candidates.
+    let reach = if search.bar.is_finite() { candidates.reach(&cso, &motion) } else { None };
+    search.find(candidates, reach, [arcs_a, arcs_b]);
     search.answer(&mut depths.clip)
 }
 
@@ -281,10 +283,8 @@ struct Search<'s> {
     cap_b: Cap,
     /// The least h found so far.
     bar: f64,
-    /// The motion for which the candidates stay valid; `None` if no candidates are searched.
-    reach: Option<Motion>,
-    /// Facets are searched that are deeper than the result by this.
-    margin: f64,
+    /// The motion for which candidates are searched: facets that can be the result after it.
+    reach: Motion,
     found: Option<Found>,
     stop: StopReason,
 }
@@ -303,8 +303,7 @@ impl<'s> Search<'s> {
             cap_a: a.cap().about(-cso.pose_ba.vector(a.cap().axis)),
             cap_b: b.cap().about(-cso.pose_ba.inverse_vector(b.cap().axis)),
             bar: f64::INFINITY,
-            reach: None,
-            margin: 0.0,
+            reach: Motion::NONE,
             found: None,
             stop: StopReason::Converged,
         }
@@ -346,16 +345,16 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Tries every facet, and stores the candidates.
-    fn find(&mut self, candidates: &mut Candidates, lists: [&mut Vec<Listed>; 2]) {
+    /// Tries every facet. Stores the candidates for the motion `reach`, or none.
+    fn find(&mut self, candidates: &mut Candidates, reach: Option<Motion>, lists: [&mut Vec<Listed>; 2]) {
         candidates.begin();
-        let Motion { path, turn } = self.reach.unwrap_or(Motion::NONE);
-        self.margin = path;
+        self.reach = reach.unwrap_or(Motion::NONE);
+        let Motion { path, turn } = self.reach;
         self.cap_a = self.cap_a.widened(turn);
         self.cap_b = self.cap_b.widened(turn);
         self.planes(|kind, index| candidates.add(kind, &[index as usize]));
         self.arcs(lists, |pair| candidates.add(Kind::Crossing, &pair));
-        let is_complete = self.reach.is_some() && self.stop == StopReason::Converged;
+        let is_complete = reach.is_some() && self.stop == StopReason::Converged;
         candidates.end(self.cso.pose_ba, if is_complete { self.bar + path } else { f64::NEG_INFINITY }, turn);
     }
 
@@ -369,70 +368,6 @@ impl<'s> Search<'s> {
             let a = Arc::of(self.a, &self.a.arcs()[a]).reflected(self.cso.pose_ba);
             self.cross(&a, &Arc::of(self.b, &self.b.arcs()[b]));
         }
-    }
-
-    /// Tries every admissible face normal and every borrowed normal of both pieces. Calls
-    /// `candidate` with the kind and number of each facet that may be a candidate.
-    fn planes(&mut self, mut candidate: impl FnMut(Kind, u32)) {
-        for own in self.b.faces() {
-            if self.plane_of_b(own.face) {
-                candidate(Kind::FaceOfB, own.face);
-            }
-        }
-        for own in self.a.faces() {
-            if self.plane_of_a(own.face) {
-                candidate(Kind::FaceOfA, own.face);
-            }
-        }
-        for k in 0..self.b.borrowed().len() {
-            let index = (self.cso.b.face_count() + k) as u32;
-            if self.plane_of_b(index) {
-                candidate(Kind::BorrowedByB, index);
-            }
-        }
-        for k in 0..self.a.borrowed().len() {
-            let index = (self.cso.a.face_count() + k) as u32;
-            if self.plane_of_a(index) {
-                candidate(Kind::BorrowedByA, index);
-            }
-        }
-    }
-
-    /// Tries a plane of b. Returns false if the facet is deeper than the result by the margin.
-    #[inline]
-    fn plane_of_b(&mut self, index: u32) -> bool {
-        let plane = self.b.plane(index);
-        if !self.cap_a.holds(plane.normal) || self.known_a.reject(plane, self.bar + self.margin) {
-            return false;
-        }
-        let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(plane.normal));
-        self.look_from_a(a);
-        let offset = -plane.height(self.known_a.newest());
-        let is_near = offset < self.bar + self.margin;
-        if offset < self.bar && self.a.vertex_admits(a, self.cso.toward_b(plane.normal)) {
-            let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
-            self.take(plane.normal, offset, features);
-        }
-        is_near
-    }
-
-    /// Tries a plane of a, like [`Self::plane_of_b`].
-    #[inline]
-    fn plane_of_a(&mut self, index: u32) -> bool {
-        let plane = self.a.plane(index);
-        if !self.cap_b.holds(plane.normal) || self.known_b.reject(plane, self.bar + self.margin) {
-            return false;
-        }
-        let normal = -self.cso.pose_ba.vector(plane.normal);
-        let b = self.cso.b.support_from(self.hub.b, normal);
-        self.look_from_b(b);
-        let offset = -plane.height(self.known_b.newest());
-        let is_near = offset < self.bar + self.margin;
-        if offset < self.bar && self.b.vertex_admits(b, normal) {
-            let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
-            self.take(normal, offset, features);
-        }
-        is_near
     }
 
     fn look_from_b(&mut self, b: u32) {

@@ -169,7 +169,31 @@ pub(super) fn crossing(
         return None;
     }
     let (z, w) = (left_a.dot(edge_b), right_a.dot(edge_b));
-    let up = x >= 0.0 && y <= 0.0 && z >= 0.0 && w <= 0.0;
-    let down = x <= 0.0 && y >= 0.0 && z <= 0.0 && w >= 0.0;
+    let [up, down] = patterns([x, y, z, w], [0.0; 2]);
     (up || down).then(|| if up { edge_b.cross(edge_a) } else { edge_a.cross(edge_b) })
+}
+
+/// Returns true if the arcs of two edges cross, or may cross after a turn. `turn` is the largest
+/// change of a unit vector.
+pub(super) fn crosses_within(
+    [left_a, right_a]: [DVec3; 2],
+    edge_a: DVec3,
+    [left_b, right_b]: [DVec3; 2],
+    edge_b: DVec3,
+    turn: f64,
+) -> bool {
+    let products = [left_b.dot(edge_a), right_b.dot(edge_a), left_a.dot(edge_b), right_a.dot(edge_b)];
+    // The product of an edge with a unit vector changes by at most this times the edge's length.
+    let [up, down] = patterns(products, [edge_a, edge_b].map(|edge| turn * edge.length()));
+    up || down
+}
+
+/// Tests the two patterns of signs that crossing arcs can have. The products are those of the ends
+/// of b's arc (left, right) with a's edge, and of the ends of a's arc with b's edge. A product
+/// counts as both signs if it is at most as large as the slack of its edge.
+#[inline]
+fn patterns([x, y, z, w]: [f64; 4], [slack_a, slack_b]: [f64; 2]) -> [bool; 2] {
+    let up = x >= -slack_a && y <= slack_a && z >= -slack_b && w <= slack_b;
+    let down = x <= slack_a && y >= -slack_a && z <= slack_b && w >= -slack_b;
+    [up, down]
 }

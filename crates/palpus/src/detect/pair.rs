@@ -64,7 +64,7 @@ impl PartSearch {
             return found;
         }
         let walked = self.walk(input, leaf, overlap, memory);
-        let known = memory.is_some() || self.front.memory(leaf).inadmissible_until.is_finite();
+        let has_cached = memory.is_some() || self.front.memory(leaf).inadmissible_until.is_finite();
         // The next walk starts at the end of this walk, even if its normal is not admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
         counters.walks += 1;
@@ -82,7 +82,7 @@ impl PartSearch {
         let Some(real) = real else {
             // The angle costs about as much as the walk that it saves, so it is not computed for a
             // pair without cached data.
-            if known {
+            if has_cached {
                 let angle = inadmissible_angle(&normals_a, &normals_b, place);
                 if angle > 0.0 {
                     self.front.remember_inadmissible(leaf, angle);

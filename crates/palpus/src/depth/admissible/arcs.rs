@@ -4,8 +4,9 @@
 use glam::DVec3;
 
 use super::super::cso::below;
-use super::super::overlay::crossing;
+use super::super::overlay::{crosses_within, crossing};
 use super::Search;
+use super::candidates::Motion;
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, CROSSING_GAIN, PARALLEL_EDGES};
 use crate::body::{AdmissibleNormals, Feature, FeaturePair, SurfaceArc};
@@ -41,18 +42,6 @@ impl Arc {
 /// An arc and its place among the arcs of its piece.
 pub(super) type Listed = (usize, Arc);
 
-/// Returns true if the arcs of two pieces cross, or may cross after a turn. `turn` is the largest
-/// change of a unit vector.
-fn crosses_within(a: &Arc, b: &Arc, turn: f64) -> bool {
-    // The product of an edge with a unit vector changes by at most this times the edge's length.
-    let (slack_a, slack_b) = (turn * a.along.length(), turn * b.along.length());
-    let (x, y) = (b.left.dot(a.along), b.right.dot(a.along));
-    let (z, w) = (a.left.dot(b.along), a.right.dot(b.along));
-    let up = x >= -slack_a && y <= slack_a && z >= -slack_b && w <= slack_b;
-    let down = x <= slack_a && y >= -slack_a && z <= slack_b && w >= -slack_b;
-    up || down
-}
-
 impl Search<'_> {
     /// Tries every crossing of an arc of body a with an arc of b. Calls `candidate` with the places
     /// of two arcs that may cross after a small turn.
@@ -61,7 +50,7 @@ impl Search<'_> {
         for (place, own) in self.b.arcs().iter().enumerate() {
             let ends = [own.left, own.right].map(|plane| self.b.plane(plane));
             let [left, right] = ends.map(|plane| plane.normal);
-            let bar = self.bar + self.margin;
+            let bar = self.bar + self.reach.path;
             // The known supports reject most arcs.
             if !self.cap_a.may_meet(left, right) || self.known_a.reject_arc(ends, bar) {
                 continue;
@@ -79,7 +68,7 @@ impl Search<'_> {
         for (place, own) in self.a.arcs().iter().enumerate() {
             let ends = [own.left, own.right].map(|plane| self.a.plane(plane));
             let [left, right] = ends.map(|plane| plane.normal);
-            let bar = self.bar + self.margin;
+            let bar = self.bar + self.reach.path;
             if !self.cap_b.may_meet(left, right) || self.known_b.reject_arc(ends, bar) {
                 continue;
             }
@@ -90,6 +79,7 @@ impl Search<'_> {
                 self.keep(arcs_a, (place, Arc::of(self.a, own).reflected(self.cso.pose_ba)));
             }
         }
+        let Motion { turn, .. } = self.reach;
         let mut looks = 0;
         for (place_a, a) in &*arcs_a {
             looks += arcs_b.len();
@@ -98,7 +88,7 @@ impl Search<'_> {
                 return;
             }
             for (place_b, b) in &*arcs_b {
-                if self.reach.is_some_and(|reach| crosses_within(a, b, reach.turn)) {
+                if turn > 0.0 && crosses_within([a.left, a.right], a.along, [b.left, b.right], b.along, turn) {
                     candidate([*place_a, *place_b]);
                 }
                 self.cross(a, b);

@@ -50,7 +50,7 @@ pub(super) struct Candidates {
     /// Number of searches in which only the candidates were tried.
     searches: u32,
     /// Number of searches for which the next candidates should stay valid.
-    reach: f64,
+    ahead: f64,
     /// The end of each kind in `indices`.
     ends: [u8; KINDS],
     /// Numbers of planes, and pairs of places of arcs (of a, of b).
@@ -63,7 +63,7 @@ impl Candidates {
         others: f64::NEG_INFINITY,
         turn: 0.0,
         searches: 0,
-        reach: CANDIDATE_SEARCHES,
+        ahead: CANDIDATE_SEARCHES,
         ends: [0; KINDS],
         indices: [0; ROOM],
     };
@@ -96,7 +96,7 @@ impl Candidates {
     /// in `motion`. `None` in fast motion, in which there would be too many candidates.
     pub(super) fn reach(&self, cso: &Cso<'_>, motion: &Motion) -> Option<Motion> {
         let radius = cso.a.radius().min(cso.b.radius());
-        let share = self.reach / f64::from(self.searches + 1);
+        let share = self.ahead / f64::from(self.searches + 1);
         let path = (share * motion.path).max(CANDIDATE_LEAST * radius);
         let turn = (share * motion.turn).max(CANDIDATE_LEAST);
         (path <= CANDIDATE_PATH * radius && turn <= CANDIDATE_TURN).then_some(Motion { path, turn })
@@ -138,7 +138,7 @@ impl Candidates {
         (self.pose_ba, self.turn) = (*pose_ba, turn);
         self.others = if is_complete { others } else { f64::NEG_INFINITY };
         // The next candidates are fewer if there was no room for these.
-        self.reach = if is_complete { (1.25 * self.reach).min(CANDIDATE_SEARCHES) } else { 0.5 * self.reach };
+        self.ahead = if is_complete { (1.25 * self.ahead).min(CANDIDATE_SEARCHES) } else { 0.5 * self.ahead };
     }
 
     /// Returns the numbers of the planes of one kind.
