@@ -706,6 +706,50 @@ pub const REST_SPREAD: f64 = 0.5;
 /// A pair's rest may be at most this many times its previous rest.
 pub const REST_GROWTH: f64 = 4.0;
 
+/// A pair without a contact is idle only if it has no contact for at least this number of ticks at
+/// the present pace.
+///
+/// Computing how long it has none takes about as long as measuring the pair twice. With a smaller
+/// value, this does not pay; with a larger one, fewer pairs are idle.
+pub const IDLE_LEAST: f64 = 4.0;
+
+/// Relative to the angle by which the direction of the closest points may turn in the ticks of
+/// [`IDLE_LEAST`]: larger angles to the admissible normals are not computed to the end. This value
+/// affects only speed.
+pub const IDLE_ENOUGH: f64 = 8.0;
+
+/// Ticks at the present pace after which a pair is tried again that could not become idle. This
+/// value affects only speed.
+pub const IDLE_RETRY: f64 = 32.0;
+
+/// Radians: the rounding of a stored direction in single precision.
+///
+/// The value is some ten roundings. With a smaller one, a pair might be idle too long by this
+/// rounding; a larger one only shortens its idleness.
+pub const IDLE_ROUNDING: f64 = 1e-6;
+
+/// Largest turn (rad) of an idle pair, if a vertex of the other piece may admit the normal of a
+/// valley after a larger turn.
+///
+/// With a larger value, more vertices are within the turn, and fewer pairs are idle. With a smaller
+/// one, pairs are idle for a shorter time.
+pub const IDLE_TURN: f64 = 0.05;
+
+/// Relative to [`QuerySettings::turn`](crate::detect::QuerySettings): the turn for which idle pairs
+/// are computed.
+///
+/// With a smaller value, idleness ends more often when the bodies turn faster; with a larger one,
+/// fewer pairs are idle.
+pub const IDLE_TURN_AHEAD: f64 = 2.0;
+
+/// How often the motion of an idle pair is halved before the pair is not idle. This value affects
+/// only speed.
+pub const IDLE_TRIES: i32 = 10;
+
+/// Least turn (rad) of an idle pair, for each motion by the extent of its smaller piece. So a turn
+/// by rounding does not end the idleness of bodies that only slide.
+pub const IDLE_SPARE: f64 = 0.01;
+
 /// A query of two bodies is divided into parts for several threads if the product of their numbers
 /// of pieces is at least this.
 ///

@@ -33,6 +33,8 @@ pub struct TraversalCounters {
     /// Number of pairs within tolerance that were not measured: their contacts are extrapolated
     /// from an earlier query.
     pub resting: u32,
+    /// Number of pairs within tolerance that were not measured, because they cannot have a contact.
+    pub idle: u32,
     /// Number of due pairs for which a stored point gave a sufficient bound.
     pub bounded_by_point: u32,
     /// Number of due represented pairs whose gap was computed from support vertices.
@@ -69,6 +71,7 @@ impl std::ops::AddAssign for TraversalCounters {
             unsplit,
             postponed,
             resting,
+            idle,
             bounded_by_point,
             bounded_by_supports,
             front,
@@ -87,6 +90,7 @@ impl std::ops::AddAssign for TraversalCounters {
         self.unsplit += unsplit;
         self.postponed += postponed;
         self.resting += resting;
+        self.idle += idle;
         self.bounded_by_point += bounded_by_point;
         self.bounded_by_supports += bounded_by_supports;
         self.front += front;

@@ -14,13 +14,15 @@
 //!    boxes, and hulls. If the pair is still apart, it waits again. Otherwise it is split, and its
 //!    two halves are measured.
 //! 3. A pair of leaves within the tolerance is *awake*. It is marched in every tick, from the
-//!    features at which its last march ended. If many pairs are awake, the pairs whose last results
-//!    are still accurate enough are at rest (`rest`) and are not marched.
+//!    features at which its last march ended. Pairs that cannot have a contact before some motion
+//!    are idle (`idle`). If many pairs are awake, the pairs whose last results are still accurate
+//!    enough are at rest (`rest`). Idle pairs and pairs at rest are not
+//!    marched.
 //! 4. If both halves of a split pair wait for a long motion, they are *merged*. The pair is
 //!    measured as a whole. If it is far enough apart, it waits in place of its halves. Otherwise
 //!    its distance decides after how much motion the merge is tried again.
 //!
-//! Step 2 is in the file `due`, step 3 in `awake` and `rest`, and step 4 in `merge`.
+//! Step 2 is in the file `due`, step 3 in `awake`, `idle` and `rest`, and step 4 in `merge`.
 //!
 //! The cost of a query grows with the contacts and the pairs that are due, not with the size of the
 //! models. The result equals the result of a search from the roots in each query. Both searches
@@ -45,6 +47,7 @@
 mod awake;
 mod below;
 mod due;
+mod idle;
 mod merge;
 mod pair;
 mod point_bound;
@@ -67,6 +70,8 @@ use crate::algebra::tolerance::{JUMP, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
+use idle::Idle;
+pub(crate) use idle::{IdleReason, Pace};
 use pair::{NONE, Pair, State};
 pub(crate) use represented::Represented;
 use rest::Rest;
@@ -81,6 +86,9 @@ pub struct Front {
     pairs: Vec<Pair>,
     memories: Vec<WarmStart>,
     rests: Vec<Rest>,
+    idle: Vec<Idle>,
+    /// Number of pairs that were idle in the last query.
+    idle_count: u32,
     /// For each two halves: they are not merged until the motion bound's sum reaches this.
     retries: Vec<u64>,
     wakes: WakeBoard,
@@ -99,10 +107,10 @@ pub struct Front {
     /// Places from this index on have never been used.
     fresh: u32,
     stack: Vec<u32>,
-    /// Tolerance of the last query, and the approximate motion of the bodies in a tick; model
-    /// units.
+    /// Tolerance of the last query, model units.
     tolerance: f64,
-    pace: f64,
+    /// The approximate motion of the bodies in a tick.
+    pace: Pace,
     /// A motion longer than this is a jump, model units.
     jump: f64,
     begun: bool,
@@ -163,6 +171,8 @@ impl Front {
             pairs: vec![Pair::of(0, 0, NONE); places],
             memories: vec![WarmStart::BLANK; places],
             rests: vec![Rest::NONE; places],
+            idle: vec![Idle::NONE; places],
+            idle_count: 0,
             retries: vec![0; places / 2],
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
@@ -174,7 +184,7 @@ impl Front {
             fresh: 2,
             stack: Vec::with_capacity(2 * depth),
             tolerance: 0.0,
-            pace: 0.0,
+            pace: Pace { motion: 0.0, turn: 0.0 },
             jump: JUMP * root_a.half.length().min(root_b.half.length()),
             begun: false,
             unvisited: 0,
@@ -201,7 +211,8 @@ impl Front {
         self.last_nearest = None;
     }
 
-    /// Writes to `found` every leaf pair that overlaps or is nearer than the tolerance.
+    /// Writes to `found` every leaf pair that overlaps or is nearer than the tolerance. Idle pairs
+    /// and pairs at rest are left out.
     ///
     /// The bodies must be the bodies that were given to [`Self::new`]. `found` is cleared first. If
     /// `found` has too little room, it keeps the deepest pairs and counts the others as dropped.
@@ -344,13 +355,16 @@ impl Front {
     /// Step 1: subtracts the motion since the last query from all clearances. A larger tolerance
     /// has the same effect.
     fn move_on(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) {
+        let turned = self.motion_bound.turned();
         let moved = self.motion_bound.advance(query.pose_ba);
         let wider = query.tolerance - self.tolerance;
         let spent = wider <= 0.0 || self.motion_bound.spend(wider);
         self.tolerance = query.tolerance;
         match moved {
             Some(moved) if self.begun && spent && moved <= self.jump => {
-                self.pace = self.pace * PACE_FADE + moved * (1.0 - PACE_FADE);
+                let Pace { motion, turn } = &mut self.pace;
+                *motion = *motion * PACE_FADE + moved * (1.0 - PACE_FADE);
+                *turn = *turn * PACE_FADE + (self.motion_bound.turned() - turned) * (1.0 - PACE_FADE);
             }
             _ => {
                 self.restart();
@@ -373,9 +387,10 @@ impl Front {
         // A pair with wake value 0 is due at any sum above 0.
         self.motion_bound.spend(0.0);
         self.wakes.set(0, 0);
-        self.pace = 0.0;
+        self.pace = Pace { motion: 0.0, turn: 0.0 };
         self.begun = true;
         self.end_rests();
+        self.idle_count = 0;
     }
 
     /// Returns false if all pieces of the pair are thicker than the query's limit.

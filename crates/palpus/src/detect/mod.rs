@@ -11,6 +11,9 @@ mod found;
 mod guard;
 mod held;
 mod helper;
+mod idle;
+#[cfg(test)]
+mod idle_tests;
 mod late;
 mod memory;
 #[cfg(test)]

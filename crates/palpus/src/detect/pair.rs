@@ -26,7 +26,7 @@ impl PartSearch {
             Proximity::Overlapping(_) => !self.front.is_inadmissible(leaf),
         };
         let leaves = self.leaves.as_slice();
-        self.within() - (leaves.len() - leaves.iter().filter(touches).count()) as u32
+        self.within() - self.front.idle() - (leaves.len() - leaves.iter().filter(touches).count()) as u32
     }
 
     /// Finds the result of a leaf pair.

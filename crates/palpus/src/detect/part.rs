@@ -97,6 +97,8 @@ pub(super) struct PartSearch {
     pub(super) admissible: AdmissibleScratch,
     pub(super) prover: Option<Box<Prover>>,
     pub(super) patch_slope: Option<f64>,
+    /// Pairs are idle for turns up to this ([`QuerySettings::turn`]), rad.
+    pub(super) idle_turn: f64,
     pub(super) patch: Patch,
     pub(super) held: HeldContacts,
     clear_balls: ClearBalls,
@@ -138,6 +140,7 @@ impl PartSearch {
             admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
             prover: (settings.proof == Proof::Prove).then(|| Box::new(Prover::new())),
             patch_slope: settings.patch_angle.map(f64::tan),
+            idle_turn: 0.0,
             patch: Patch::new(),
             held,
             clear_balls: ClearBalls::new(),
@@ -172,7 +175,7 @@ impl PartSearch {
     /// Returns the number of pairs within the tolerance.
     pub(super) fn within(&self) -> u32 {
         let [_, unvisited] = self.front.unvisited();
-        (self.leaves.as_slice().len() + unvisited) as u32 + self.front.represented()
+        (self.leaves.as_slice().len() + unvisited) as u32 + self.front.represented() + self.front.idle()
     }
 
     /// Finds the contacts of the leaf pairs, and extrapolates those that the query did not visit.
@@ -238,7 +241,12 @@ impl PartSearch {
             let foretold = if rests { self.foretell(input, leaf) } else { None };
             let found = self.contact(input, leaf, counters);
             match found {
-                Found::Nothing => counters.virtual_closest += 1,
+                Found::Nothing => {
+                    counters.virtual_closest += 1;
+                    if let Proximity::Disjoint(closest) = &leaf.proximity {
+                        self.make_idle(input, leaf, closest);
+                    }
+                }
                 Found::Admissible(contact) | Found::Moved(contact, _) if -contact.separation > self.deepest => {
                     counters.rejected += 1;
                 }

@@ -129,7 +129,7 @@ impl Search {
 
     /// Sets the angle (rad) of [`QuerySettings::patch_angle`].
     pub(super) fn set_patch_angle(&mut self, angle: Option<f64>) {
-        self.parts.each(|part| part.search.patch_slope = angle.map(f64::tan));
+        self.parts.each(|part| part.search.set_patch_angle(angle));
     }
 
     /// Finds the contacts; see [`ContactQuery::run_within`](super::ContactQuery::run_within).
@@ -186,6 +186,7 @@ impl Search {
             part.task = Task::Descend;
             part.counters = QueryCounters::default();
             part.search.begin(&self.sample, self.rest_share, self.last_overlap.depth());
+            part.search.set_turn(input.settings.turn);
             k += 1;
         });
     }

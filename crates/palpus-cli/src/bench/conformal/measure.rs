@@ -58,7 +58,7 @@ pub(super) struct PerTick([f64; COUNTED.len()]);
 type Counted = (&'static str, &'static str, fn(&QueryCounters) -> u32);
 
 /// The counters.
-pub(super) const COUNTED: [Counted; 15] = [
+pub(super) const COUNTED: [Counted; 16] = [
     ("front", "front", |counters| counters.traversal.front),
     ("woken", "due", |counters| counters.traversal.woken),
     ("looked", "looked", |counters| counters.traversal.node_pairs),
@@ -67,6 +67,7 @@ pub(super) const COUNTED: [Counted; 15] = [
     ("march_steps", "steps", |counters| counters.traversal.march_steps),
     ("carried", "carried", |counters| counters.held),
     ("resting", "at rest", |counters| counters.traversal.resting),
+    ("idle", "idle", |counters| counters.traversal.idle),
     ("virtual_closest", "no surface", |counters| counters.virtual_closest),
     ("inadmissible", "no normal", |counters| counters.inadmissible),
     ("walks", "walked", |counters| counters.walks),

@@ -1,4 +1,4 @@
-//! Step 3 of the front: marches the pairs within the tolerance in every tick.
+//! Step 3 of the front: marches the pairs within the tolerance in every tick, except idle pairs.
 
 use super::super::{LeafPairs, TraversalCounters};
 use super::{Front, PlacedPair};
@@ -23,8 +23,15 @@ impl Front {
         let mut kept = 0;
         let mut visited = false;
         let mut spent = counters.work();
+        self.idle_count = 0;
         for k in 0..count {
             let place = self.awake[k];
+            if self.is_idle(place) {
+                self.awake[kept] = place;
+                kept += 1;
+                self.idle_count += 1;
+                continue;
+            }
             if self.rest_share > 0.0 && self.is_at_rest(place) {
                 resting.push(place);
                 continue;
@@ -69,6 +76,7 @@ impl Front {
         }
         counters.postponed += self.late as u32;
         counters.resting += resting.len() as u32;
+        counters.idle += self.idle_count;
         self.sorted = sorted;
     }
 }

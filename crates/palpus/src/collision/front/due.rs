@@ -182,6 +182,7 @@ impl Front {
             Measured::Within(answer) => {
                 self.pairs[place as usize].state = State::Awake;
                 self.wakes.set(place, NEVER);
+                self.end_idle(place);
                 self.awake.push(place);
                 let leaf = self.leaf_pair(query, place, &answer);
                 found.push(leaf, query, &self.memories);
@@ -212,7 +213,7 @@ impl Front {
         let Pair { a, b, .. } = self.pairs[place as usize];
         let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
         let gap = spheres.unwrap_or_else(|| sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba));
-        if gap > query.tolerance + SPHERE_WAIT * self.pace {
+        if gap > query.tolerance + SPHERE_WAIT * self.pace.motion {
             return Measured::Apart(gap);
         }
         // Parts that slide along each other keep their distance along this normal, however far they
@@ -222,7 +223,7 @@ impl Front {
         {
             return Measured::Apart(gap);
         }
-        let enough = query.tolerance + BOX_WAIT * self.pace;
+        let enough = query.tolerance + BOX_WAIT * self.pace.motion;
         let gap = gap.max(box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, 2.0 * enough));
         if gap > enough {
             return Measured::Apart(gap);

@@ -14,34 +14,64 @@
 
 use glam::DVec3;
 
-use super::AdmissibleNormals;
+use super::{AdmissibleNormals, Cap};
 use crate::algebra::tolerance::ADMISSIBLE_ANGLE;
 use crate::body::decompose::facet::NONE;
+
+/// The tolerance of the tests for admissible normals, doubled because the given direction is
+/// rounded too.
+const SLACK: f64 = 2.0 * ADMISSIBLE_ANGLE;
 
 impl AdmissibleNormals<'_> {
     /// Returns a lower bound of the angle (rad) between `direction` and all admissible normals of
     /// the piece. `direction` is a unit vector in the piece's frame. The result is zero or negative
     /// if the direction is admissible or nearly admissible.
     pub fn angle_to(&self, direction: DVec3) -> f64 {
-        // The tolerance of the tests for admissible normals, doubled because the given direction is
-        // rounded too.
-        const SLACK: f64 = 2.0 * ADMISSIBLE_ANGLE;
+        self.angle_between(direction, [0.0, f64::INFINITY])
+    }
+
+    /// As [`Self::angle_to`], but the result is at most `most`. If it is at most `least`, it may be
+    /// any value up to `least`.
+    pub(crate) fn angle_between(&self, direction: DVec3, [least, most]: [f64; 2]) -> f64 {
+        let (enough, mut angle) = (least + SLACK, most + SLACK);
         let planes = self.faces.iter().map(|own| self.polytope.plane(own.face));
         let planes = planes.chain(self.borrowed.iter().map(|borrowed| borrowed.plane));
-        let mut least = planes.map(|plane| plane.normal.distance(direction)).fold(f64::INFINITY, f64::min);
+        angle = planes.map(|plane| plane.normal.distance(direction)).fold(angle, f64::min);
         for arc in self.arcs {
-            if least <= SLACK {
-                return 0.0;
+            if angle <= enough {
+                return angle - SLACK;
             }
-            least = least.min(self.angle_to_arc(self.ends(arc), arc.edge, direction));
+            let [left, right] = self.ends(arc);
+            // Unit vectors at this distance have this product.
+            let near = Cap { axis: direction, least: 1.0 - angle * angle / 2.0 };
+            if near.may_meet(left, right) {
+                angle = angle.min(self.angle_to_arc([left, right], arc.edge, direction));
+            }
         }
         for v in 0..self.polytope.vertices().len() as u32 {
-            if least <= SLACK {
-                return 0.0;
+            if angle <= enough {
+                return angle - SLACK;
             }
-            least = least.min(self.angle_to_vertex(v, direction, least));
+            angle = angle.min(self.angle_to_vertex(v, direction, angle));
         }
-        least - SLACK
+        angle - SLACK
+    }
+
+    /// Returns a lower bound of the angle (rad) by which `outward` must turn before
+    /// [`Admissible::may_continue`](super::Admissible::may_continue) is true. `slope` is the
+    /// tangent of the angle there.
+    pub(crate) fn angle_to_continued(&self, outward: DVec3, slope: f64) -> f64 {
+        let Cap { axis, least } = self.all.continued[self.piece as usize];
+        // The product with the axis changes by at most the angle.
+        least - slope - axis.dot(outward)
+    }
+
+    /// Returns true only if no vertex of the piece admits a direction within `angle` (rad) of
+    /// `direction` (unit, in the piece's frame).
+    pub(crate) fn vertices_differ_from(&self, direction: DVec3, angle: f64) -> bool {
+        let enough = angle + SLACK;
+        !self.cap().widened(enough).holds(direction)
+            || (0..self.polytope.vertices().len() as u32).all(|v| self.angle_to_vertex(v, direction, enough) >= enough)
     }
 
     fn angle_to_arc(&self, [left, right]: [DVec3; 2], edge: u32, direction: DVec3) -> f64 {

@@ -106,6 +106,14 @@ impl<'a> AdmissibleNormals<'a> {
         self.all.valleys_of(self.piece).iter().filter(move |valley| valley.is_at(feature))
     }
 
+    /// Returns the normals of the surface faces that end at valleys.
+    pub(crate) fn valley_normals(&self) -> impl Iterator<Item = DVec3> {
+        let valleys = self.all.valleys_of(self.piece);
+        // Most valleys of a face follow each other.
+        let faces = valleys.chunk_by(|valley, next| valley.face == next.face);
+        faces.map(|valleys| valleys[0].plane.normal)
+    }
+
     /// Returns the vertex of the piece that is farthest along `outward` (unit, in the piece's
     /// frame), if this direction may be admissible and no vertex is farther than `limit` (length
     /// unit of the polytope). The search begins at `feature`.
