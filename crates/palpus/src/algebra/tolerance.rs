@@ -742,6 +742,13 @@ pub const IDLE_TURN: f64 = 0.05;
 /// fewer pairs are idle.
 pub const IDLE_TURN_AHEAD: f64 = 2.0;
 
+/// Share of the turn for which idle pairs are computed that is kept to the next query, if the
+/// bodies turn more slowly.
+///
+/// With a smaller value, idleness ends more often where the speed varies; with a larger one, fewer
+/// pairs are idle for some time after a fast turn.
+pub const IDLE_TURN_FADE: f64 = 0.99;
+
 /// How often the motion of an idle pair is halved before the pair is not idle. This value affects
 /// only speed.
 pub const IDLE_TRIES: i32 = 10;

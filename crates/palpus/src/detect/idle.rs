@@ -23,7 +23,7 @@ use glam::DVec3;
 use super::part::PartSearch;
 use super::query_input::QueryInput;
 use crate::algebra::tolerance::{
-    IDLE_ENOUGH, IDLE_LEAST, IDLE_ROUNDING, IDLE_SPARE, IDLE_TRIES, IDLE_TURN, IDLE_TURN_AHEAD,
+    IDLE_ENOUGH, IDLE_LEAST, IDLE_ROUNDING, IDLE_SPARE, IDLE_TRIES, IDLE_TURN, IDLE_TURN_AHEAD, IDLE_TURN_FADE,
 };
 use crate::collision::{Closest, IdleReason, LeafPair, Pace};
 
@@ -44,12 +44,10 @@ impl PartSearch {
 
     /// Sets [`QuerySettings::turn`](super::QuerySettings) of the next query.
     pub(super) fn set_turn(&mut self, turn: f64) {
-        let ahead = IDLE_TURN_AHEAD * turn;
         if turn > self.idle_turn {
             self.front.end_all_idle();
-            self.idle_turn = ahead;
         }
-        self.idle_turn = self.idle_turn.min(IDLE_TURN_AHEAD * ahead);
+        self.idle_turn = (IDLE_TURN_AHEAD * turn).max(IDLE_TURN_FADE * self.idle_turn);
     }
 
     /// Returns a motion before which the pair has no contact, and the reason. `None` if the bodies
@@ -63,7 +61,7 @@ impl PartSearch {
         pace: Pace,
     ) -> Option<(IdleReason, Pace)> {
         let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);
-        let apart = Apart {
+        let pair = NoContact {
             input,
             leaf,
             closest,
@@ -73,18 +71,18 @@ impl PartSearch {
             idle_turn: self.idle_turn,
             turned: self.front.turned(),
         };
-        let least = apart.turn_of_direction(Pace { motion: IDLE_LEAST * pace.motion, turn: IDLE_LEAST * pace.turn });
+        let least = pair.turn_of_direction(Pace { motion: IDLE_LEAST * pace.motion, turn: IDLE_LEAST * pace.turn });
         // The directions of other pieces are seldom so far from the normals of a piece.
         if least >= 1.0 {
             return None;
         }
-        let limit = |reason: IdleReason| Some((reason, apart.limit(&reason)?));
-        limit(*last).or_else(|| limit(apart.reason(least, true)?)).or_else(|| limit(apart.reason(least, false)?))
+        let limit = |reason: IdleReason| Some((reason, pair.limit(&reason)?));
+        limit(*last).or_else(|| limit(pair.reason(least, true)?)).or_else(|| limit(pair.reason(least, false)?))
     }
 }
 
 /// A pair of pieces that is apart and has no contact.
-struct Apart<'q> {
+struct NoContact<'q> {
     input: &'q QueryInput<'q>,
     leaf: &'q LeafPair,
     closest: &'q Closest,
@@ -99,8 +97,8 @@ struct Apart<'q> {
     turned: f64,
 }
 
-impl Apart<'_> {
-    /// Returns the direction from the piece of a (or of b) to the other piece, in its piece's
+impl NoContact<'_> {
+    /// Returns the direction from the piece of a (or of b) to the other piece, in its body's
     /// frame.
     fn outward(&self, is_a: bool) -> DVec3 {
         let normal = self.closest.normal;
