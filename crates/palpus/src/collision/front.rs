@@ -16,8 +16,7 @@
 //! 3. A pair of leaves within the tolerance is *awake*. It is marched in every tick, from the
 //!    features at which its last march ended. Pairs that cannot have a contact before some motion
 //!    are idle (`idle`). If many pairs are awake, the pairs whose last results are still accurate
-//!    enough are at rest (`rest`). Idle pairs and pairs at rest are not
-//!    marched.
+//!    enough are at rest (`rest`). Idle pairs and pairs at rest are not marched.
 //! 4. If both halves of a split pair wait for a long motion, they are *merged*. The pair is
 //!    measured as a whole. If it is far enough apart, it waits in place of its halves. Otherwise
 //!    its distance decides after how much motion the merge is tried again.
