@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3, EulerRot};
 
+use super::moved_tests::different;
 use super::{Contact, ContactQuery, QuerySettings};
 use crate::algebra::{NoClock, Pose, Random};
 use crate::body::shapes::torus;
@@ -42,15 +43,7 @@ fn compare(ring: &Arc<Body>, settings: &QuerySettings, pace: f64) -> [usize; 3] 
         };
         let (warm, cold) = (apart(&query), apart(&cold));
         contacts += cold.len();
-        for contact in &cold {
-            let same = warm.iter().any(|other| {
-                (other.piece_a, other.piece_b) == (contact.piece_a, contact.piece_b)
-                    && (other.separation - contact.separation).abs() < 1e-9
-                    && other.normal.distance(contact.normal) < 1e-6
-            });
-            others += usize::from(!same);
-        }
-        others += cold.len().abs_diff(warm.len());
+        others += different(&cold, &warm);
     }
     [contacts, others, idle]
 }

@@ -82,7 +82,7 @@ impl PartSearch {
     pub(super) fn rest(&mut self, input: &QueryInput<'_>, leaf: &LeafPair, known: usize, foretold: Option<f64>) {
         let found = least_separation(self.contacts[known..].iter().map(|contact| contact.separation));
         if found == f64::INFINITY {
-            // A pair without a contact must be measured, since a contact may begin at any time.
+            // A contact may begin at any time, except for idle pairs.
             return;
         }
         let (piece_a, piece_b) = input.pieces(leaf.piece_a, leaf.piece_b);

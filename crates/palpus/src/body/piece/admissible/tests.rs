@@ -96,13 +96,28 @@ const SEED: u64 = 0xa9_a27;
 fn no_direction_within_the_bound_is_admissible() {
     let body = l_block();
     let mut random = Random::new(SEED);
-    let mut apart = 0;
+    let (mut apart, mut differ) = (0, 0);
     for k in 0..body.pieces().len() as u32 {
         let own = body.admissible_normals(k);
         let polytope = own.polytope();
         for _ in 0..2000 {
             let direction = random.direction();
-            let angle = own.angle_to(direction);
+            let near = random.unit() * 0.2;
+            let tilted = direction.cross(random.direction()).normalize();
+            let tilted = DQuat::from_axis_angle(tilted, near * random.unit()) * direction;
+            if own.vertices_differ_from(direction, near) {
+                differ += 1;
+                let admits = |v| own.vertex_admits(v, tilted);
+                let any = (0..polytope.vertices().len() as u32).any(admits);
+                assert!(!any, "seed {SEED:#x}, piece {k}: {direction}, {near}, {tilted}");
+            }
+            let (whole, most) = (own.angle_to(direction), random.unit());
+            let part = own.angle_between(direction, [0.0, most]);
+            assert!(
+                part <= most + 1e-15 && (whole <= 0.0 || part >= whole.min(most) - 1e-15),
+                "{whole}, {part} of {most}"
+            );
+            let angle = if random.unit() < 0.5 { whole } else { part };
             if angle <= 0.0 {
                 continue;
             }
@@ -122,5 +137,5 @@ fn no_direction_within_the_bound_is_admissible() {
             assert!(own.faces().iter().all(|face| own.plane(face.face).normal.distance(turned) > 0.0), "{what}");
         }
     }
-    assert!(apart > 500, "seed {SEED:#x}: {apart}");
+    assert!(apart > 500 && differ > 500, "seed {SEED:#x}: {apart}, {differ}");
 }
