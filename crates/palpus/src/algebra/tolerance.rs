@@ -656,6 +656,29 @@ pub const BOX_WAIT: f64 = 4.0;
 /// affects only speed.
 pub const PACE_FADE: f64 = 0.8;
 
+/// The number of times that an expected path of the bodies repeats their last motion.
+///
+/// Pairs that slide along each other wait for about this number of ticks. With a larger value, more
+/// pairs wait at a time, and the bodies leave the path earlier. This value affects only speed.
+pub const PATH_LENGTH: f64 = 16.0;
+
+/// A pair slides along an expected path if it can then wait for this times the motion for which it
+/// would wait otherwise. This value affects only speed.
+pub const PATH_GAIN: f64 = 2.0;
+
+/// Expected paths are used if at least this number of pairs were due in the last query. If fewer
+/// are due, to follow the paths takes longer than to measure these pairs. This value affects only
+/// speed.
+pub const PATH_PAIRS: u32 = 32;
+
+/// Relative to the number of places of a front: the number of pairs for which an expected path has
+/// room. Other pairs are due sooner. This value affects only speed.
+pub const PATH_ROOM: f64 = 1.0 / 16.0;
+
+/// Relative to the tolerance plus the length of an expected path: more than the rounding errors of
+/// the gaps of a pair, which are compared in single precision. This is eight such roundings.
+pub const PATH_ROUNDING: f64 = 1e-6;
+
 /// In tolerances: two halves of a split pair may be merged if both halves, and the whole, have at
 /// least this clearance.
 ///

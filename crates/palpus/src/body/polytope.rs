@@ -332,6 +332,13 @@ impl Polytope {
         self.support_point_from(hint, direction).0
     }
 
+    /// Returns the position of the vertex farthest along `direction`.
+    #[inline]
+    pub(crate) fn support_point(&self, direction: DVec3) -> DVec3 {
+        let climb = || self.vertex(self.support(direction));
+        self.directory.scan(direction).map_or_else(climb, |(_, point)| point)
+    }
+
     /// As [`Self::support_from`], with the position of the vertex. If all vertices are tested, the
     /// position is in memory that was just read, and [`Self::vertex`] reads other memory.
     #[inline]

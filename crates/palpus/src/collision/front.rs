@@ -11,8 +11,9 @@
 //!    within the tolerance).
 //! 2. A pair that is due is measured again. Each of these tests is made only if the tests before it
 //!    allow just a short wait: spheres, the gap along the normal that last separated the pair,
-//!    boxes, and hulls. If the pair is still apart, it waits again. Otherwise it is split, and its
-//!    two halves are measured.
+//!    boxes, and hulls. If the pair is still apart, it waits again. If it is near but stays apart
+//!    along the expected path of the bodies, it waits until they leave this path (`path`).
+//!    Otherwise it is split, and its two halves are measured.
 //! 3. A pair of leaves within the tolerance is *awake*. It is marched in every tick, from the
 //!    features at which its last march ended. Pairs that cannot have a contact before some motion
 //!    are idle (`idle`). If many pairs are awake, the pairs whose last results are still accurate
@@ -49,6 +50,7 @@ mod due;
 mod idle;
 mod merge;
 mod pair;
+mod path;
 mod point_bound;
 mod represented;
 mod rest;
@@ -72,6 +74,7 @@ use below::NodePair;
 use idle::Idle;
 pub(crate) use idle::{IdleReason, Pace};
 use pair::{NONE, Pair, State};
+use path::Paths;
 pub(crate) use represented::Represented;
 use rest::Rest;
 
@@ -92,6 +95,7 @@ pub struct Front {
     retries: Vec<u64>,
     wakes: WakeBoard,
     motion_bound: MotionBound,
+    paths: Paths,
     /// Thicknesses of a and of b.
     thickness: Arc<[Thickness; 2]>,
     /// Thickness of the thinnest piece of the pair at each place, model units. This list is
@@ -175,6 +179,7 @@ impl Front {
             retries: vec![0; places / 2],
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
+            paths: Paths::new(root_a, places),
             thickness: thickness.clone(),
             thinnest_at: vec![f32::INFINITY; places],
             thinnest_in: vec![f32::INFINITY; places / BLOCK],
@@ -230,6 +235,7 @@ impl Front {
         let mut counters = TraversalCounters::default();
         found.clear();
         self.move_on(query, &mut counters);
+        self.follow_paths(query);
         self.part_represented();
         self.begin_merges(query);
         let before = self.awake.len();
@@ -241,6 +247,9 @@ impl Front {
         self.visit_awake(query, before, &quota.half().half(), found, &mut counters);
         if !done {
             counters.postponed += self.wakes.count_below(self.blocks(), self.motion_bound.sum());
+        }
+        if query.is_of_all() {
+            self.paths.due = counters.woken;
         }
         counters.dropped = found.dropped();
         counters.front = self.node_pairs() as u32;
@@ -378,6 +387,7 @@ impl Front {
         self.free.clear();
         self.awake.clear();
         self.fresh = 2;
+        self.paths.clear();
         (self.unvisited, self.late) = (0, 0);
         self.first_block = 0;
         self.was_full = false;

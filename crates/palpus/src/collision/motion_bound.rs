@@ -54,6 +54,11 @@ impl MotionBound {
         self.sum
     }
 
+    /// Returns the size of both bodies, model units.
+    pub(super) fn size(&self) -> f64 {
+        self.size
+    }
+
     /// Resets the sums.
     pub(super) fn clear(&mut self) {
         (self.last, self.before, self.ahead) = (None, None, None);
@@ -148,17 +153,49 @@ fn angle_between(from: &DMat3, to: &DMat3) -> f64 {
     2.0 * (squares / 8.0).sqrt().min(1.0).asin()
 }
 
+/// An affine image of a box, or the difference of two images: the middle of the box, and the
+/// middles of three sides relative to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BoxImage([DVec3; 4]);
+
+impl BoxImage {
+    /// The difference of two equal images.
+    pub(super) const ZERO: Self = Self([DVec3::ZERO; 4]);
+
+    /// The image of a box under the map p ↦ linear · p + shift.
+    pub(super) fn of(held: &OrientedBox, linear: DMat3, shift: DVec3) -> Self {
+        let (sides, half) = (linear * held.axes, held.half);
+        Self([linear * held.center + shift, sides.x_axis * half.x, sides.y_axis * half.y, sides.z_axis * half.z])
+    }
+
+    /// Returns this image minus `factor` times another one.
+    #[inline]
+    pub(super) fn minus(&self, factor: f64, other: &Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] - other.0[k] * factor))
+    }
+
+    /// Returns the mean dot product of the corners of two images.
+    #[inline]
+    pub(super) fn dot(&self, other: &Self) -> f64 {
+        self.0.iter().zip(&other.0).map(|(one, other)| one.dot(*other)).sum()
+    }
+
+    /// Returns the distance of the corner that is farthest from the origin.
+    #[inline]
+    pub(super) fn farthest(&self) -> f64 {
+        let [middle, x, y, z] = self.0;
+        // |m + c|² = |m|² + |c|² + 2 m·c: of two opposite corners, the
+        // corner along m is farther, so four corners are enough.
+        let farthest =
+            |corner: DVec3| middle.length_squared() + corner.length_squared() + 2.0 * middle.dot(corner).abs();
+        let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
+        corners.into_iter().map(farthest).fold(0.0, f64::max).sqrt()
+    }
+}
+
 /// Returns the largest motion of a point of the box from one placement to another.
 fn displacement(held: &OrientedBox, from: &Placement, to: &Placement) -> f64 {
-    let turn: DMat3 = to.rotation - from.rotation;
-    let middle = turn * held.center + (to.translation - from.translation);
-    let sides = turn * held.axes;
-    let (x, y, z) = (sides.x_axis * held.half.x, sides.y_axis * held.half.y, sides.z_axis * held.half.z);
-    // |m + c|² = |m|² + |c|² + 2 m·c: of two opposite corners, the
-    // corner along m moves farther, so four corners are enough.
-    let farthest = |corner: DVec3| middle.length_squared() + corner.length_squared() + 2.0 * middle.dot(corner).abs();
-    let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
-    corners.into_iter().map(farthest).fold(0.0, f64::max).sqrt()
+    BoxImage::of(held, to.rotation - from.rotation, to.translation - from.translation).farthest()
 }
 
 #[cfg(test)]

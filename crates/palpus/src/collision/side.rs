@@ -44,7 +44,12 @@ impl<'a> PlacedPair<'a> {
     /// Returns true if pairs whose thinnest piece has this thickness (model units) are examined.
     #[inline]
     pub(super) fn wants(&self, thickness: f32) -> bool {
-        self.thinner_than == f64::INFINITY || f64::from(thickness) < self.thinner_than
+        self.is_of_all() || f64::from(thickness) < self.thinner_than
+    }
+
+    /// Returns true if all pairs are examined.
+    pub(super) fn is_of_all(&self) -> bool {
+        self.thinner_than == f64::INFINITY
     }
 
     /// Returns a lower bound of the distance of two nodes. The bound is computed from their
@@ -52,7 +57,7 @@ impl<'a> PlacedPair<'a> {
     pub(super) fn bound(&self, nodes: [u32; 2], enough: f64) -> f64 {
         let (a, b) = (self.a.hierarchy.node(nodes[0]), self.b.hierarchy.node(nodes[1]));
         let gap = sphere_gap(&a.sphere, &b.sphere, self.pose_ba);
-        if gap > enough { gap } else { gap.max(box_gap(&a.oriented_box, &b.oriented_box, self.pose_ba, enough)) }
+        if gap > enough { gap } else { gap.max(box_gap(&a.oriented_box, &b.oriented_box, self.pose_ba, enough).gap) }
     }
 
     /// Returns the hulls of two nodes.

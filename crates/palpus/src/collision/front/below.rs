@@ -104,6 +104,8 @@ impl Front {
             // This half was merged with the other half.
             State::Waiting if wake == NEVER => return None,
             State::Waiting => self.tolerance - self.motion_bound.since(wake),
+            // The pair was not within the tolerance before it was due.
+            State::Sliding => self.tolerance - self.motion_bound.since(wake).max(0.0),
         };
         Some(NodePair { nodes: [a, b], bound })
     }

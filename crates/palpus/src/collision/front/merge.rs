@@ -41,6 +41,7 @@ impl Front {
             self.wakes.set(first, NEVER);
             self.wakes.set(first + 1, NEVER);
             self.free.push(first);
+            self.pairs[parent as usize].unite();
             self.postpone(query, parent, gap);
             place = parent;
         }

@@ -11,10 +11,14 @@
 //!
 //! The bound is computed without reading any vertex. For parts that slide along each other, it
 //! stays sufficient for many ticks. Rotations about the normal do not weaken it.
+//!
+//! If the bound does not suffice, the gap along n is measured again. The height of b along n does
+//! not change, because n is fixed in b's frame. So only the vertices of a are read.
 
 use glam::{DVec3, Vec3};
 
 use super::{Front, PlacedPair};
+use crate::algebra::Placement;
 use crate::algebra::tolerance::POINT_BOUND_ROUNDING;
 
 /// The stored bound of the pair at a place, in single precision.
@@ -33,14 +37,68 @@ impl PointBound {
     /// No bound.
     pub(super) const NONE: Self =
         Self { normal: Vec3::ZERO, normal_in_a: Vec3::ZERO, center: Vec3::ZERO, base: f32::NEG_INFINITY, radius: 0.0 };
+
+    /// False if this is no bound.
+    pub(super) fn exists(&self) -> bool {
+        self.normal != Vec3::ZERO
+    }
 }
 
 impl Front {
     /// Stores `gap` (model units) as the gap of the pair at `place` along `normal` (unit vector in
     /// b's frame).
     pub(super) fn store_gap(&mut self, query: &PlacedPair<'_>, place: u32, normal: DVec3, gap: f64) {
+        let bound = self.point_bound(query, place, normal.as_vec3(), gap);
+        self.pairs[place as usize].set_bound(bound);
+    }
+
+    /// Computes the gap (model units) of the pair at `place` along the stored normal from its
+    /// support vertices, and stores it. `None` if no normal is stored. The gap never exceeds the
+    /// distance of the pair.
+    pub(super) fn measure_gap(&mut self, query: &PlacedPair<'_>, place: u32) -> Option<f64> {
+        let pair = &self.pairs[place as usize];
+        if !pair.bound.exists() {
+            return None;
+        }
+        let height = pair.height().unwrap_or_else(|| {
+            let normal = pair.bound.normal.as_dvec3();
+            normal.dot(query.b.polytope(pair.b).support_point(normal))
+        });
+        self.pairs[place as usize].set_height(height);
+        let gap = self.gap_at(query, query.pose_ba, place)?;
+        self.store_again(query, place, gap);
+        Some(gap)
+    }
+
+    /// Stores `gap` (model units) as the present gap of the pair at `place` along the stored
+    /// normal.
+    pub(super) fn store_again(&mut self, query: &PlacedPair<'_>, place: u32, gap: f64) {
+        let bound = self.point_bound(query, place, self.pairs[place as usize].bound.normal, gap);
+        self.pairs[place as usize].bound = bound;
+    }
+
+    /// Returns the gap of the pair along the stored normal at a placement of a in b's frame, model
+    /// units. `None` if the height of b is unknown. The placement need not be rigid.
+    pub(super) fn gap_at(&self, query: &PlacedPair<'_>, placement_ba: &Placement, place: u32) -> Option<f64> {
+        let height = self.pairs[place as usize].height()?;
+        let gap = self.height_of_a(query, place, placement_ba) - height;
+        // The length of the normal is not exactly 1.
+        Some(gap - f64::from(f32::EPSILON) * gap.abs())
+    }
+
+    /// Returns the least height of a at a placement, along the stored normal.
+    #[inline]
+    fn height_of_a(&self, query: &PlacedPair<'_>, place: u32, placement_ba: &Placement) -> f64 {
+        let pair = &self.pairs[place as usize];
+        let normal = pair.bound.normal.as_dvec3();
+        let lowest = query.a.polytope(pair.a).support_point(-placement_ba.inverse_vector(normal));
+        normal.dot(placement_ba.point(lowest))
+    }
+
+    /// Returns the bound for the `gap` of the pair at `place` along `normal`.
+    fn point_bound(&self, query: &PlacedPair<'_>, place: u32, normal: Vec3, gap: f64) -> PointBound {
         let sphere = &query.a.hierarchy.node(self.pairs[place as usize].a).sphere;
-        let (normal, center) = (normal.as_vec3(), sphere.center.as_vec3());
+        let center = sphere.center.as_vec3();
         let normal_in_a = query.pose_ba.inverse_vector(normal.as_dvec3()).as_vec3();
         let at = query.pose_ba.point(center.as_dvec3());
         // The rounded normal and centre are used as exact values from here on. The rounding changes
@@ -48,7 +106,7 @@ impl Front {
         let size = at.length() + sphere.radius;
         let base = gap - normal.as_dvec3().dot(at) - POINT_BOUND_ROUNDING * size;
         let radius = (sphere.radius + center.as_dvec3().distance(sphere.center)) as f32 * (1.0 + f32::EPSILON);
-        self.pairs[place as usize].bound = PointBound { normal, normal_in_a, center, base: base as f32, radius };
+        PointBound { normal, normal_in_a, center, base: base as f32, radius }
     }
 
     /// Returns an upper bound of the decrease of the gap of the pair at `place` in the last motion,
@@ -58,14 +116,14 @@ impl Front {
         self.motion_bound.approach(center.as_dvec3(), f64::from(radius), normal.as_dvec3())
     }
 
-    /// Returns a lower bound of the pair's gap at the query's pose, model units; minus infinity if
-    /// nothing is stored.
+    /// Returns a lower bound of the pair's gap at a placement of a in b's frame, model units; minus
+    /// infinity if nothing is stored. The placement need not be rigid.
     #[inline]
-    pub(super) fn stored_gap(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
+    pub(super) fn stored_gap(&self, placement_ba: &Placement, place: u32) -> f64 {
         let PointBound { normal, normal_in_a, center, base, radius } = self.pairs[place as usize].bound;
         let normal = normal.as_dvec3();
-        let along = normal.dot(query.pose_ba.point(center.as_dvec3()));
-        let turned = query.pose_ba.inverse_vector(normal).distance(normal_in_a.as_dvec3());
+        let along = normal.dot(placement_ba.point(center.as_dvec3()));
+        let turned = placement_ba.inverse_vector(normal).distance(normal_in_a.as_dvec3());
         along + f64::from(base) - f64::from(radius) * turned
     }
 }
@@ -103,7 +161,7 @@ mod tests {
                 let turn = DQuat::from_scaled_axis(random.vector() * 0.02);
                 pose = Pose::new(turn * pose.rotation, pose.translation + random.vector() * 0.05);
                 front.motion_bound.advance(&pose.placement());
-                let bound = front.stored_gap(&PlacedPair::new(side, side, &pose.placement(), 0.0), 0);
+                let bound = front.stored_gap(&pose.placement(), 0);
                 let true_gap = gap(&pose);
                 assert!(bound <= true_gap, "seed {SEED:#x}, round {round}: {bound} > {true_gap}");
                 assert!(bound > true_gap - 1.0, "seed {SEED:#x}, round {round}: {bound} is useless");

@@ -6,7 +6,8 @@
 //!    split pair is never due. Every other pair has a wake value, and its block is searched when
 //!    the pair is due.
 //! 3. Wake times: the distance of a waiting pair exceeds the tolerance by at least the motion for
-//!    which it still waits.
+//!    which it still waits. A sliding pair that is not due is on a path, and is not nearer than the
+//!    tolerance.
 //!
 //! The checks allocate no memory, so they may run within a step. In debug builds, each query checks
 //! a small front completely. In a large front, it checks a window of places, and measures one
@@ -40,6 +41,9 @@ pub(super) enum FrontFault {
     /// bound of the pair's block does not include its value.
     #[error("the pair at {0} has a wake value that does not fit its state, or that its block does not know")]
     Wake(u32),
+    /// A sliding pair that is not due is on no path.
+    #[error("the pair at {0} slides along no path")]
+    Path(u32),
     /// A pair is nearer than its wake value allows.
     #[error("the pair at {place} waits as if {promised:e} beyond the tolerance and is {clearance:e} beyond it")]
     LateWake {
@@ -70,7 +74,7 @@ impl Front {
         let begin = (self.motion_bound.sum() % u64::from(self.fresh)) as u32;
         let window = (0..self.fresh.min(VALIDATED_PLACES)).map(|k| (begin + k) % self.fresh);
         window.clone().try_for_each(|place| self.validate_place(query, place))?;
-        let waiting = window.into_iter().find(|&place| self.promised(place) > 0.0);
+        let waiting = window.into_iter().find(|&place| self.promised(place).is_some());
         waiting.map_or(Ok(()), |place| self.validate_wait(query, place))
     }
 
@@ -82,8 +86,8 @@ impl Front {
             1 => false,
             _ if parent >= self.fresh => false,
             _ => {
-                let Pair { state, first, .. } = self.pairs[parent as usize];
-                state == State::Split && first == place & !1
+                let parent = &self.pairs[parent as usize];
+                parent.state == State::Split && parent.first() == place & !1
             }
         }
     }
@@ -114,9 +118,10 @@ impl Front {
             // A place outside the tree must never be due.
             return if self.wakes.get(place) == NEVER { Ok(()) } else { Err(FrontFault::Wake(place)) };
         }
-        let Pair { a, b, state, first, .. } = self.pairs[place as usize];
+        let Pair { a, b, state, .. } = self.pairs[place as usize];
         let is_due_at_times = match state {
             State::Split => {
+                let first = self.pairs[place as usize].first();
                 let whole = first & 1 == 0 && first + 1 < self.fresh;
                 let same = |half: [u32; 2], at: u32| {
                     let Pair { a, b, parent, .. } = self.pairs[at as usize];
@@ -137,26 +142,34 @@ impl Front {
                 }
                 false
             }
-            State::Waiting | State::Represented | State::Unsplit => true,
+            State::Waiting | State::Sliding | State::Represented | State::Unsplit => true,
         };
         let wake = self.wakes.get(place);
         let fits = (wake != NEVER) == is_due_at_times && self.wakes.is_known(place);
-        if fits { Ok(()) } else { Err(FrontFault::Wake(place)) }
+        let slides = state == State::Sliding && wake >= self.motion_bound.sum();
+        if !fits {
+            Err(FrontFault::Wake(place))
+        } else if slides && !self.paths.contain(place, wake) {
+            Err(FrontFault::Path(place))
+        } else {
+            Ok(())
+        }
     }
 
     /// Returns the length (model units) by which the distance of a pair exceeds the tolerance,
-    /// according to its wake value. 0 or less if the pair is due or not waiting.
-    fn promised(&self, place: u32) -> f64 {
-        let waits = self.pairs[place as usize].state == State::Waiting && self.is_in_tree(place);
-        if waits { -self.motion_bound.since(self.wakes.get(place)) } else { 0.0 }
+    /// according to its wake value. `None` if the pair is due or not waiting.
+    fn promised(&self, place: u32) -> Option<f64> {
+        let waits = -self.motion_bound.since(self.wakes.get(place));
+        match self.pairs[place as usize].state {
+            State::Waiting if waits > 0.0 && self.is_in_tree(place) => Some(waits),
+            State::Sliding if waits >= 0.0 => Some(0.0),
+            _ => None,
+        }
     }
 
     /// Checks invariant 3 for one place.
     fn validate_wait(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
-        let promised = self.promised(place);
-        if promised <= 0.0 {
-            return Ok(());
-        }
+        let Some(promised) = self.promised(place) else { return Ok(()) };
         let Pair { a, b, .. } = self.pairs[place as usize];
         let (polytope_a, polytope_b) = (query.a.polytope(a), query.b.polytope(b));
         let start = initial_features(polytope_a, polytope_b, query.pose_ba);
@@ -278,7 +291,7 @@ mod tests {
             assert!(matches!(forgotten, FrontFault::Awake(_)), "{what}: {forgotten}");
             counts[1] += 1;
         }
-        if let Some(place) = pick(&|place| front.promised(place) > 0.0) {
+        if let Some(place) = pick(&|place| front.promised(place).is_some_and(|promised| promised > 0.0)) {
             let late = front.motion_bound.due(1e3);
             let late_wake = fault(&|front| front.wakes.set(place, late));
             assert!(matches!(late_wake, FrontFault::LateWake { .. }), "{what}: {late_wake}");
