@@ -228,30 +228,29 @@ impl Front {
         if gap > query.tolerance + SPHERE_WAIT * self.pace.motion {
             return Measured::Apart(gap);
         }
-        // Parts that slide along each other keep their distance along this normal, however far they
-        // slide.
-        if known.along.is_none()
-            && let Some(gap) = self.measure_gap(query, place)
-            && gap > query.tolerance
-        {
-            return Measured::Apart(gap);
-        }
-        let enough = query.tolerance + BOX_WAIT * self.pace.motion;
-        let boxes = box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, 2.0 * enough);
-        let separates = boxes.gap > query.tolerance - self.pace.motion;
-        if separates {
-            self.store_gap(query, place, boxes.axis.normalize(), boxes.gap);
-        }
-        let gap = gap.max(boxes.gap);
-        if gap > enough {
-            return Measured::Apart(gap);
-        }
-        // The hulls inside the boxes are farther apart along the same axis.
-        if separates
-            && let Some(gap) = self.measure_gap(query, place)
-            && gap > query.tolerance + self.pace.motion
-        {
-            return Measured::Apart(gap);
+        if self.pairs[place as usize].bound.exists() {
+            // Parts that slide along each other keep their distance along this normal, however far
+            // they slide.
+            let gap = known.along.or_else(|| self.measure_gap(query, place));
+            if let Some(gap) = gap.filter(|&gap| gap > query.tolerance) {
+                return Measured::Apart(gap);
+            }
+        } else {
+            let enough = query.tolerance + BOX_WAIT * self.pace.motion;
+            let boxes = box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, 2.0 * enough);
+            if boxes.gap > query.tolerance - self.pace.motion {
+                self.store_gap(query, place, boxes.axis.normalize(), boxes.gap);
+            }
+            let gap = gap.max(boxes.gap);
+            if gap > enough {
+                return Measured::Apart(gap);
+            }
+            // The hulls inside the boxes are farther apart along the same axis.
+            if let Some(gap) = self.measure_gap(query, place)
+                && gap > query.tolerance + self.pace.motion
+            {
+                return Measured::Apart(gap);
+            }
         }
         let leaves = [node_a, node_b].iter().all(|node| matches!(node.kind, NodeKind::Leaf { .. }));
         counters.leaf_tests += u32::from(leaves);

@@ -26,9 +26,6 @@ impl Front {
                 return;
             }
             let first = place & !1;
-            if self.retries[first as usize / 2] > self.motion_bound.sum() {
-                return;
-            }
             let Pair { a, b, .. } = self.pairs[parent as usize];
             counters.node_pairs += 1;
             let enough = query.tolerance + long;
@@ -47,10 +44,12 @@ impl Front {
         }
     }
 
+    /// Returns true if the pair at `place` waits at least until `sum`, and a merge is to be tried.
     fn waits_until(&self, place: u32, sum: u64) -> bool {
         // The wake value is near the values just read. The pair is not, and a pair that is split or
         // awake is never due.
         let wake = self.wakes.get(place);
-        wake >= sum && wake != NEVER && self.pairs[place as usize].state == State::Waiting
+        let is_long = wake >= sum && wake != NEVER && self.retries[place as usize / 2] <= self.motion_bound.sum();
+        is_long && self.pairs[place as usize].state == State::Waiting
     }
 }
