@@ -772,14 +772,6 @@ pub const IDLE_TURN_AHEAD: f64 = 2.0;
 /// pairs are idle for some time after a fast turn.
 pub const IDLE_TURN_FADE: f64 = 0.99;
 
-/// How often the motion of an idle pair is halved before the pair is not idle. This value affects
-/// only speed.
-pub const IDLE_TRIES: i32 = 10;
-
-/// Least turn (rad) of an idle pair, for each motion by the extent of its smaller piece. So a turn
-/// by rounding does not end the idleness of bodies that only slide.
-pub const IDLE_SPARE: f64 = 0.01;
-
 /// A query of two bodies is divided into parts for several threads if the product of their numbers
 /// of pieces is at least this.
 ///

@@ -72,7 +72,7 @@ use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
 use idle::Idle;
-pub(crate) use idle::{IdleReason, Pace};
+pub(crate) use idle::{IdleLimit, IdleReason, Pace};
 use pair::{NONE, Pair, State};
 use path::Paths;
 pub(crate) use represented::Represented;

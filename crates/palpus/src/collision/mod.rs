@@ -25,7 +25,7 @@ mod warm_start;
 
 pub use counters::TraversalCounters;
 pub use front::Front;
-pub(crate) use front::{IdleReason, Pace, Represented};
+pub(crate) use front::{IdleLimit, IdleReason, Pace, Represented};
 pub use gjk::gjk;
 pub use leaf_pairs::{LeafPair, LeafPairs};
 pub use march::{initial_features, march};

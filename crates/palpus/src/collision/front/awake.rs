@@ -26,7 +26,7 @@ impl Front {
         self.idle_count = 0;
         for k in 0..count {
             let place = self.awake[k];
-            if self.is_idle(place) {
+            if self.is_idle(query, place) {
                 self.awake[kept] = place;
                 kept += 1;
                 self.idle_count += 1;
