@@ -44,7 +44,8 @@ impl Front {
         }
     }
 
-    /// Returns true if the pair at `place` waits at least until `sum`, and a merge is to be tried.
+    /// Returns true if the pair at `place` waits at least until `sum`, and no merge of it has been
+    /// refused shortly before.
     fn waits_until(&self, place: u32, sum: u64) -> bool {
         // The wake value is near the values just read. The pair is not, and a pair that is split or
         // awake is never due.

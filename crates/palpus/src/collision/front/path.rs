@@ -29,7 +29,8 @@ use crate::algebra::tolerance::{
 };
 use crate::body::OrientedBox;
 
-/// Number of paths. A path begins after at least half a step, and lasts for [`PATH_LENGTH`] steps.
+/// Number of paths: enough for one in each step, which lasts for [`PATH_LENGTH`] steps. If all are
+/// in use, no path begins.
 const PATHS: usize = PATH_LENGTH as usize + 2;
 
 /// Number of pairs that are compared with their bounds at a time.
@@ -75,8 +76,7 @@ pub(super) struct Paths {
     paths: Vec<Path>,
     /// The path that began last.
     newest: usize,
-    /// The present pose relative to the newest path. `None` if no pairs are added to the path
-    /// in this query.
+    /// The present pose relative to the newest path. `None` if this query adds no pairs to it.
     now: Option<Near>,
     /// The pose of the last query of all pairs.
     last: Option<Placement>,
@@ -130,9 +130,14 @@ impl Path {
     }
 
     /// Returns the motion along the path after which the bound of a pair falls to `level` (model
-    /// units), if its gaps at both ends are `from` and `to`.
+    /// units), if its gaps at both ends are `from` and `to`. 0 if the bound is not above the level
+    /// now.
     fn wait(&self, share: f64, [from, to]: [f64; 2], level: f64) -> f64 {
-        let end = if to > level { 1.0 } else { ((from - level) / (from - to)).max(0.0) };
+        let end = match (1.0 - share) * from + share * to {
+            now if now > level && to > level => 1.0,
+            now if now > level => (from - level) / (from - to),
+            _ => share,
+        };
         (end - share) * self.length
     }
 
