@@ -4,17 +4,23 @@
 //! time of each step and computes the allowed work of the next step:
 //!
 //! 1. *Price*: the time of a unit of work, ns. The estimate rises within a few steps and falls
-//!    slowly, so one quick step hardly changes it.
+//!    within about a hundred, so one quick step hardly changes it. A step that the system has
+//!    interrupted raises it by a limited factor.
 //! 2. *Rest*: the time of a step without its query, estimated in the same way.
 //! 3. *Allowance*: (target − rest) / price, but at least the work with which a query makes
 //!    progress.
+//! 4. *Growth*: a step that suddenly needs more work than the step before, as when two bodies touch
+//!    again, reads memory that the processor's caches have lost. A unit of this work takes several
+//!    times as long. So the allowance grows from step to step by a limited factor, except for a
+//!    first part that is affordable at the price of such work.
 //!
 //! The allowances depend on measured times, so a recording must store them. A run with equal
 //! allowances gives bit-identical results.
 
 use super::{Settings, Tick};
 use crate::algebra::tolerance::{
-    PACE_CHEAPER, PACE_DEARER, PACE_FIRST_PRICE, PACE_LEAST_WORK, PACE_SHARE, PACE_TELLING,
+    PACE_CHEAPER, PACE_COLD_PRICE, PACE_DEARER, PACE_FIRST_PRICE, PACE_GROWTH, PACE_LEAST_WORK, PACE_SHARE, PACE_SPIKE,
+    PACE_TELLING,
 };
 
 /// Computes the work allowance of one renderer. See the module's description.
@@ -26,6 +32,8 @@ pub struct Pacer {
     price: f64,
     /// Time of a step without its query, ns.
     rest: f64,
+    /// Work of the last step.
+    last: u64,
 }
 
 impl Pacer {
@@ -37,21 +45,26 @@ impl Pacer {
 
     /// Returns a pacer for steps of at most about `target_ns`.
     pub fn new(target_ns: u64) -> Self {
-        Self { target: target_ns as f64, price: PACE_FIRST_PRICE, rest: 0.0 }
+        Self { target: target_ns as f64, price: PACE_FIRST_PRICE, rest: 0.0, last: 0 }
     }
 
     /// Returns the allowed work of the next step's query, in units of [`crate::algebra::Work`].
     pub fn allowance(&self) -> u64 {
-        (((self.target - self.rest) / self.price) as u64).clamp(PACE_LEAST_WORK, u64::from(u32::MAX))
+        let time = self.target - self.rest;
+        let sudden = time / PACE_COLD_PRICE + PACE_GROWTH * self.last as f64;
+        let affordable = (time / self.price).min(sudden.max(0.0));
+        (affordable as u64).clamp(PACE_LEAST_WORK, u64::from(u32::MAX))
     }
 
     /// Updates the estimates with the measured times of a step.
     pub fn learn(&mut self, tick: &Tick) {
         let query = (tick.times.query + tick.times.depth) as f64;
         let rest = tick.times.total as f64 - query;
-        // If the work is small, the clock's resolution dominates the measured time.
+        self.last = tick.work;
+        // If the work is small, much of the time is spent on what is not counted.
         if tick.work >= PACE_TELLING {
-            self.price = followed(self.price, query / tick.work as f64);
+            let seen = query / tick.work as f64;
+            self.price = followed(self.price, seen.min(PACE_SPIKE * self.price));
         }
         self.rest = followed(self.rest, rest.min(self.target));
     }
@@ -108,10 +121,43 @@ mod tests {
             pacer.learn(&step(5_000, 400_000, 5_000_000));
         }
         assert_eq!(pacer.allowance(), PACE_LEAST_WORK);
-        // The clock does not advance, so the price does not change.
-        let idle = Pacer::new(600_000);
-        let mut learned = idle;
-        (0..1000).for_each(|_| learned.learn(&step(1, 40_000, 0)));
-        assert_eq!(learned.allowance(), idle.allowance());
+        // Steps with little work do not change the price.
+        let mut idle = Pacer::new(600_000);
+        (0..1000).for_each(|_| idle.learn(&step(1, 40_000, 0)));
+        assert_eq!(idle.price, PACE_FIRST_PRICE);
+    }
+
+    #[test]
+    fn one_interrupted_step_limits_the_work_for_few_steps() {
+        let mut pacer = Pacer::new(600_000);
+        for _ in 0..2_000 {
+            pacer.learn(&step(2_000, 400_000, 0));
+        }
+        let before = pacer.allowance();
+        pacer.learn(&step(2_000, 40_000_000, 0));
+        assert!(pacer.allowance() > before / 2, "{} of {before}", pacer.allowance());
+        // A step with the least allowance is measured too.
+        let mut late = Pacer { price: 1e6, ..pacer };
+        assert_eq!(late.allowance(), PACE_LEAST_WORK);
+        (0..2000).for_each(|_| late.learn(&step(PACE_LEAST_WORK, 40_000, 0)));
+        (0..10).for_each(|_| late.learn(&step(2_000, 400_000, 0)));
+        assert!(late.allowance() > before * 9 / 10, "{} of {before}", late.allowance());
+    }
+
+    #[test]
+    fn sudden_work_begins_small_and_grows_within_few_steps() {
+        let mut pacer = Pacer::new(600_000);
+        for _ in 0..2_000 {
+            pacer.learn(&step(5_000, 400_000, 0));
+        }
+        let warm = pacer.allowance();
+        pacer.learn(&step(0, 5_000, 0));
+        let mut grown = vec![pacer.allowance()];
+        while grown.len() < 5 {
+            let work = pacer.allowance();
+            pacer.learn(&step(work, 80 * work, 0));
+            grown.push(pacer.allowance());
+        }
+        assert!(grown[0] <= 600 && grown[1] <= 1_800 && grown[4] > warm * 9 / 10, "{grown:?}, {warm}");
     }
 }
