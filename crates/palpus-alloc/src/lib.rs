@@ -1,8 +1,13 @@
-//! An allocator that counts the allocations of each thread.
+//! The memory of a process: an allocator that counts the allocations of each thread, and large
+//! pages.
 //!
 //! The servo path must not allocate. A program or a test that installs [`CountingAllocator`] as its
 //! global allocator can check this with [`allocations_of_this_thread`].
-#![allow(unsafe_code)] // `GlobalAlloc` is an unsafe trait.
+#![allow(unsafe_code)] // `GlobalAlloc` is an unsafe trait, and memory is moved by a system call.
+
+mod large_pages;
+
+pub use large_pages::use_large_pages;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -26,7 +26,17 @@ fn doctor_prints_text_or_json() {
 
     let words = text(&palpus(&["doctor", "--scene", "peg-hole", "--duration", "0.5"]).stdout);
     assert!(words.trim_start().starts_with("verdict  "), "{words}");
-    for line in ["timer at 1 kHz", "scene", "priority", "locked memory", "cores", "governor", "kernel", "other load"] {
+    for line in [
+        "timer at 1 kHz",
+        "scene",
+        "priority",
+        "locked memory",
+        "large pages",
+        "cores",
+        "governor",
+        "kernel",
+        "other load",
+    ] {
         assert!(words.contains(&format!("{line}  ")), "{line} in\n{words}");
     }
 }

@@ -30,7 +30,7 @@ use crate::world::{World, row};
 /// `hand` is the simulated operator's grip on a simulated device: relaxed, normal, firm, tight or
 /// none. With `duration` (s) the loop ends by itself. If `real_time` is False, ticks follow each
 /// other as fast as possible, which only simulated devices allow. With `priority`, the loop
-/// requests real-time priority, locked memory and a processor core from the system.
+/// requests real-time priority, locked memory, large pages and a processor core from the system.
 #[pyclass(module = "palpus")]
 pub(crate) struct Loop {
     world: Py<World>,

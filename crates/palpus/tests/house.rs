@@ -55,7 +55,7 @@ const ARROWS: [(&str, Drawn); 11] = [
             &[],
         ],
     ),
-    ("palpus-device", [&["palpus"], &["palpus-alloc", "palpus-scenes"]]),
+    ("palpus-device", [&["palpus", "palpus-alloc"], &["palpus-scenes"]]),
     ("palpus-drivers", [&["palpus", "palpus-device"], &["palpus-alloc"]]),
     ("palpus-io", [&["palpus"], &[]]),
     ("palpus-python", [&["palpus", "palpus-alloc", "palpus-cli", "palpus-device", "palpus-io"], &[]]),

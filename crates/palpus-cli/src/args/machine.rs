@@ -60,7 +60,8 @@ pub(crate) struct SoakArguments {
     /// hour of CSV is about two gigabytes.
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
-    /// Does not ask the system for real-time priority, locked memory or a core of its own.
+    /// Does not ask the system for real-time priority, locked memory, large pages or a core of its
+    /// own.
     #[arg(long)]
     pub(crate) no_realtime: bool,
     /// Prints one JSON document.

@@ -129,7 +129,8 @@ pub(crate) struct RunArguments {
     /// Prints the safety thresholds for the device, with their reasons.
     #[arg(long)]
     pub(crate) limits: bool,
-    /// Does not ask the system for real-time priority, locked memory or a core of its own.
+    /// Does not ask the system for real-time priority, locked memory, large pages or a core of its
+    /// own.
     #[arg(long)]
     pub(crate) no_realtime: bool,
     /// Writes a picture (PNG) of the last tick, or of the tick at --at; needs no display.

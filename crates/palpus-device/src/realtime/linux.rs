@@ -48,6 +48,16 @@ fn set_priority(priority: u8) -> Result<(), String> {
     })
 }
 
+pub(super) fn use_large_pages() -> Claimed {
+    match palpus_alloc::use_large_pages() {
+        Ok(bytes) => Claimed::Granted(format!("{} MB", bytes >> 20)),
+        Err(error) => Claimed::Refused {
+            why: error.to_string(),
+            mend: "use Linux 6.1 or later with transparent huge pages (not transparent_hugepage=never)".to_owned(),
+        },
+    }
+}
+
 pub(super) fn lock_memory() -> Claimed {
     // Under a memory limit, the `FUTURE` flag would make later allocations fail.
     let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());

@@ -2,13 +2,15 @@
 //!
 //! 1. **Priority**: the loop's thread runs before every ordinary thread (`SCHED_FIFO`).
 //! 2. **Locked memory**: the thread never waits for a page of the program to be loaded.
-//! 3. **A core**: the thread stays on one core, if possible on an isolated core. A pinned thread
+//! 3. **Large pages**: the thread waits less for the addresses of the memory that it reads
+//!    ([`palpus_alloc::use_large_pages`]). They belong to the claim of locked memory.
+//! 4. **A core**: the thread stays on one core, if possible on an isolated core. A pinned thread
 //!    needs priority: on a core with other threads, a pinned thread would wait, while an unpinned
 //!    thread could move to another core. A thread that draws beside the loop should leave this core
 //!    ([`leave_core`]).
-//! 4. **The watchdog**: its thread can be started and has a higher priority than the loop.
+//! 5. **The watchdog**: its thread can be started and has a higher priority than the loop.
 //!    Otherwise a loop that never sleeps would keep the watchdog off its core.
-//! 5. **A helper**: on a machine with at least four cores, a second thread of the loop's priority
+//! 6. **A helper**: on a machine with at least four cores, a second thread of the loop's priority
 //!    takes part in the steps of close-fitting parts ([`HelperThread`]).
 //!
 //! Each resource is requested separately. If one is refused, the result says why and how to fix it,
@@ -29,7 +31,7 @@ pub struct RealTimeOptions {
     /// `SCHED_FIFO` priority, 1 to 98 (the watchdog gets the next higher priority); `None` keeps
     /// the thread's priority.
     pub priority: Option<u8>,
-    /// Locks the memory of the process.
+    /// Moves the memory of the process to large pages, and locks it.
     pub lock_memory: bool,
     /// Keeps the thread on one core.
     pub pin: bool,
@@ -76,6 +78,9 @@ pub struct RealTimeClaims {
     pub priority: Claimed,
     /// Result of [`RealTimeOptions::lock_memory`].
     pub memory: Claimed,
+    /// Large pages for the memory that the process has when it makes its claims. Belongs to
+    /// [`RealTimeOptions::lock_memory`].
+    pub pages: Claimed,
     /// Result of [`RealTimeOptions::pin`].
     pub core: Claimed,
     /// The priority of the watchdog thread, which is above the priority of the loop.
@@ -86,10 +91,11 @@ pub struct RealTimeClaims {
 
 impl RealTimeClaims {
     /// Returns each claim with its name.
-    pub fn lines(&self) -> [(&'static str, &Claimed); 4] {
+    pub fn lines(&self) -> [(&'static str, &Claimed); 5] {
         [
             ("priority", &self.priority),
             ("locked memory", &self.memory),
+            ("large pages", &self.pages),
             ("own core", &self.core),
             ("watchdog priority", &self.watchdog),
         ]
@@ -99,8 +105,12 @@ impl RealTimeClaims {
 /// Claims the resources in `options` for the calling thread; memory is locked for the whole
 /// process. Allocates, so call it before the loop starts.
 pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
+    // Memory is moved while the thread has no priority yet, so that other threads run meanwhile.
+    let [pages, memory] = match options.lock_memory {
+        true => [system::use_large_pages(), system::lock_memory()],
+        false => [Claimed::NotAsked, Claimed::NotAsked],
+    };
     let priority = options.priority.map_or(Claimed::NotAsked, system::claim_priority);
-    let memory = if options.lock_memory { system::lock_memory() } else { Claimed::NotAsked };
     let has_priority = matches!(priority, Claimed::Granted(_));
     let (core, pinned_to) = match options.pin {
         true if has_priority => system::pin(),
@@ -111,7 +121,7 @@ pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
         false => (Claimed::NotAsked, None),
     };
     let watchdog = if options.priority.is_some() { rehearse_watchdog() } else { Claimed::NotAsked };
-    RealTimeClaims { priority, memory, core, watchdog, pinned_to }
+    RealTimeClaims { priority, memory, pages, core, watchdog, pinned_to }
 }
 
 /// Starts a thread in the same way as the watchdog thread, and returns the granted priority.
@@ -164,6 +174,10 @@ mod system {
     }
 
     pub(super) fn claim_priority(_: u8) -> Claimed {
+        not_here()
+    }
+
+    pub(super) fn use_large_pages() -> Claimed {
         not_here()
     }
 
@@ -221,7 +235,7 @@ mod tests {
         // Memory is not locked here, since that would affect the whole process and its other tests.
         let options = RealTimeOptions { lock_memory: false, ..RealTimeOptions::default() };
         let claims = std::thread::spawn(move || claim(&options)).join().unwrap();
-        assert_eq!(claims.memory, Claimed::NotAsked);
+        assert_eq!([&claims.memory, &claims.pages], [&Claimed::NotAsked; 2]);
         for (name, claimed) in claims.lines() {
             let text = claimed.to_string();
             assert!(!text.is_empty() && !text.contains('\n'), "{name}: {text}");
@@ -263,6 +277,7 @@ mod tests {
         let pinned = RealTimeClaims {
             priority: Claimed::NotAsked,
             memory: Claimed::NotAsked,
+            pages: Claimed::NotAsked,
             core: Claimed::Granted(String::new()),
             watchdog: Claimed::NotAsked,
             pinned_to: Some(core),

@@ -13,7 +13,7 @@ use serde::{Serialize, Serializer};
 use super::cases::{Analytic, Case};
 use super::cpu::CpuClock;
 use super::trace::{Answer, Trace};
-use crate::bench::{TICK, settings};
+use crate::bench::{TICK, settings, use_large_pages};
 
 /// Limit of the work of a coupled step, in units of work.
 const ALLOWED: u64 = 6000;
@@ -134,6 +134,7 @@ pub(super) fn measure(
     let _helpers: Vec<HelperThread> =
         (0..helpers).filter_map(|_| HelperThread::start_anyway(renderer.helper(), None, None)).collect();
     let mut truth = Truth::new(case, plain);
+    use_large_pages();
     let clock = CpuClock::new();
     let (mut times, mut turns, mut errors) = (Vec::new(), Vec::new(), Errors::default());
     let (mut each, mut late, mut contacts, mut stages) = (PerTick::default(), 0_u32, 0.0, [0.0; 3]);

@@ -5,7 +5,7 @@ use palpus::render::{ProbeState, Renderer};
 use serde::Serialize;
 
 use super::Bodies;
-use crate::bench::{TICK, settings};
+use crate::bench::{TICK, settings, use_large_pages};
 use crate::clock::WallClock;
 use crate::summary::Micros;
 
@@ -25,6 +25,7 @@ pub(super) struct Times {
 /// time of all passes is kept.
 pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64, passes: u32) -> anyhow::Result<Times> {
     let mut renderer = Renderer::new(bodies.a.clone(), bodies.b.clone(), settings(tolerance))?;
+    use_large_pages();
     let clock = WallClock::new();
     let (mut times, mut contacts) = (Vec::new(), 0.0);
     for stretch in stretches {
