@@ -19,7 +19,7 @@ fn doctor_prints_text_or_json() {
     assert_eq!(report["timer"]["turns"], 500);
     assert_eq!(report["scene"]["name"], "peg-hole");
     assert!(report["scene"]["p999_us"].as_f64().is_some_and(|us| us > 0.0));
-    assert_eq!(report["real_time"].as_array().map(Vec::len), Some(4));
+    assert_eq!(report["real_time"].as_array().map(Vec::len), Some(5));
     for note in report["verdict"]["notes"].as_array().expect("the notes are a list") {
         assert!(note["what"].as_str().is_some_and(|what| !what.is_empty() && !what.contains('\n')), "{note}");
     }
