@@ -86,22 +86,23 @@ mod tests {
         tick
     }
 
+    /// Returns a pacer that has measured the same step `count` times.
+    fn after(count: usize, step: &Tick) -> Pacer {
+        let mut pacer = Pacer::new(600_000);
+        (0..count).for_each(|_| pacer.learn(step));
+        pacer
+    }
+
     #[test]
     fn allowance_converges_to_the_budget() {
-        let mut pacer = Pacer::new(600_000);
-        for _ in 0..20_000 {
-            pacer.learn(&step(5_000, 400_000, 100_000));
-        }
+        let pacer = after(20_000, &step(5_000, 400_000, 100_000));
         // A unit takes 80 ns, and half a millisecond remains for the query.
         assert!((6200..6300).contains(&pacer.allowance()), "{}", pacer.allowance());
     }
 
     #[test]
     fn price_rises_fast_and_falls_slowly() {
-        let mut pacer = Pacer::new(600_000);
-        for _ in 0..20_000 {
-            pacer.learn(&step(5_000, 400_000, 0));
-        }
+        let mut pacer = after(20_000, &step(5_000, 400_000, 0));
         let before = pacer.allowance();
         for _ in 0..10 {
             pacer.learn(&step(5_000, 800_000, 0));
@@ -116,23 +117,15 @@ mod tests {
 
     #[test]
     fn allowance_always_permits_progress() {
-        let mut pacer = Pacer::new(600_000);
-        for _ in 0..100 {
-            pacer.learn(&step(5_000, 400_000, 5_000_000));
-        }
+        let pacer = after(100, &step(5_000, 400_000, 5_000_000));
         assert_eq!(pacer.allowance(), PACE_LEAST_WORK);
         // Steps with little work do not change the price.
-        let mut idle = Pacer::new(600_000);
-        (0..1000).for_each(|_| idle.learn(&step(1, 40_000, 0)));
-        assert_eq!(idle.price, PACE_FIRST_PRICE);
+        assert_eq!(after(1000, &step(1, 40_000, 0)).price, PACE_FIRST_PRICE);
     }
 
     #[test]
     fn one_interrupted_step_limits_the_work_for_few_steps() {
-        let mut pacer = Pacer::new(600_000);
-        for _ in 0..2_000 {
-            pacer.learn(&step(2_000, 400_000, 0));
-        }
+        let mut pacer = after(2_000, &step(2_000, 400_000, 0));
         let before = pacer.allowance();
         pacer.learn(&step(2_000, 40_000_000, 0));
         assert!(pacer.allowance() > before / 2, "{} of {before}", pacer.allowance());
@@ -146,10 +139,7 @@ mod tests {
 
     #[test]
     fn sudden_work_begins_small_and_grows_within_few_steps() {
-        let mut pacer = Pacer::new(600_000);
-        for _ in 0..2_000 {
-            pacer.learn(&step(5_000, 400_000, 0));
-        }
+        let mut pacer = after(2_000, &step(5_000, 400_000, 0));
         let warm = pacer.allowance();
         pacer.learn(&step(0, 5_000, 0));
         let mut grown = vec![pacer.allowance()];
