@@ -94,9 +94,13 @@ impl WakeBoard {
         self.least[block] = self.values[begin..begin + BLOCK].iter().copied().fold(NEVER, u64::min);
     }
 
-    /// Returns how many values in the first `blocks` blocks are less than `sum`.
+    /// Returns how many values in the first `blocks` blocks are less than `sum`. Reads only the
+    /// values of blocks that may contain one.
     pub(super) fn count_below(&self, blocks: usize, sum: u64) -> u32 {
-        self.values[..blocks * BLOCK].iter().map(|&value| u32::from(value < sum)).sum()
+        let below = |value: &&u64| **value < sum;
+        let (blocks, _) = self.values[..blocks * BLOCK].as_chunks::<BLOCK>();
+        let due = self.least.iter().zip(blocks).filter(|(least, _)| below(least));
+        due.map(|(_, block)| block.iter().filter(below).count() as u32).sum()
     }
 
     /// Returns a lower bound of the values in the first `blocks` blocks.
