@@ -51,8 +51,9 @@ pub struct TraversalCounters {
 impl TraversalCounters {
     /// Returns the total cost, in units of [`crate::algebra::Work`].
     pub fn work(&self) -> u64 {
+        let bounds = u64::from(self.node_pairs) + u64::from(self.bounded_by_supports);
         let marches = WORK_MARCH * (u64::from(self.hull_tests) + u64::from(self.leaf_tests));
-        u64::from(self.node_pairs) + marches + WORK_STEP * u64::from(self.march_steps)
+        bounds + marches + WORK_STEP * u64::from(self.march_steps)
     }
 }
 

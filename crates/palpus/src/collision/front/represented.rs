@@ -82,13 +82,16 @@ impl Front {
                 self.wait(place, gap);
                 return None;
             }
-            counters.bounded_by_supports += 1;
-            let along = self.measure_gap(query, place).unwrap_or(f64::NEG_INFINITY);
-            if holds(along) {
-                self.wait(place, along);
-                return None;
+            // A pair that is beyond the tolerance, as where a tool lifts off, waits like any other.
+            if gap < query.tolerance {
+                counters.bounded_by_supports += 1;
+                let along = self.measure_gap(query, place).unwrap_or(f64::NEG_INFINITY);
+                if holds(along) {
+                    self.wait(place, along);
+                    return None;
+                }
+                gap = along;
             }
-            gap = along;
         }
         self.represented -= 1;
         self.pairs[place as usize].state = State::Waiting;
