@@ -43,6 +43,11 @@ impl Work {
         Quota { work: self, until: self.most.unwrap_or(u64::MAX) }
     }
 
+    /// Sets the limit so that `units` remain.
+    pub(crate) fn leave(&mut self, units: u64) {
+        self.most = Some(self.spent.get().saturating_add(units));
+    }
+
     /// Returns the quota that covers the first half of the limit.
     pub(crate) fn first_half(&self) -> Quota<'_> {
         Quota { work: self, until: self.most.map_or(u64::MAX, |most| most / 2) }

@@ -31,8 +31,10 @@
 //!
 //! The caller may limit the work of a query by a [`Quota`]. Due pairs get the first half of the
 //! quota, since their results are new. Awake pairs are then marched with a quarter of the rest, in
-//! turns from query to query; the stages after a march cost more than the march itself. Pairs that
-//! the query does not reach stay due until the next query. [`Front::unseen_separation`] is a lower
+//! turns from query to query; the stages after a march cost more than the march itself. If the
+//! later stages leave some of the quota, more due pairs are visited ([`Front::go_on`]), or the
+//! nearest of them ([`Front::bound_due`]). Pairs that the query does not reach stay due until the
+//! next query. [`Front::unseen_separation`] is a lower
 //! bound of the separation of these pairs, and the list of unvisited pairs contains the pairs with
 //! contacts.
 //!
@@ -122,6 +124,10 @@ pub struct Front {
     /// Number of unvisited pairs that had to wait because the quota was spent. They are at the
     /// start of `awake`; the other unvisited pairs are at rest.
     late: usize,
+    /// Number of due pairs that the last query did not visit.
+    still_due: u32,
+    /// Lower bound of the gaps of these pairs, if it was computed, model units.
+    least_due: Option<f64>,
     /// Working memory of the query, for places that are then moved to `awake`.
     sorted: [Vec<u32>; 2],
     /// In this query, two halves may be merged if their wake values are at least this.
@@ -193,6 +199,8 @@ impl Front {
             begun: false,
             unvisited: 0,
             late: 0,
+            still_due: 0,
+            least_due: None,
             sorted: [(); 2].map(|()| Vec::with_capacity(places)),
             merged_from: 0,
             rest_share: 0.0,
@@ -240,14 +248,54 @@ impl Front {
         self.begin_merges(query);
         let before = self.awake.len();
         // If no pair is awake, the due pairs get all of the quota.
-        let done = match before {
-            0 => self.wake_due(query, quota, found, &mut counters),
-            _ => self.wake_due(query, &quota.half(), found, &mut counters),
-        };
+        let of_due = if before == 0 { *quota } else { quota.half() };
+        let done = self.wake_due(query, &of_due, found, &mut counters);
         self.visit_awake(query, before, &quota.half().half(), found, &mut counters);
-        if !done {
-            counters.postponed += self.wakes.count_below(self.blocks(), self.motion_bound.sum());
-        }
+        self.finish(query, done, found, &mut counters);
+        counters
+    }
+
+    /// Visits more due pairs, up to `quota`. `found` and `counters` are the results of the last
+    /// query, which was at the same pose; more results are added to them.
+    pub(crate) fn go_on(
+        &mut self,
+        query: &PlacedPair<'_>,
+        quota: &Quota<'_>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) {
+        let (done, least) = (self.wake_due(query, quota, found, counters), self.least_due);
+        self.finish(query, done, found, counters);
+        self.least_due = least;
+    }
+
+    /// Computes the cheapest bounds of all pairs that are still due after the last query, which was
+    /// at the same pose. Pairs that are apart by these bounds wait again, and those with the least
+    /// bounds are visited, up to `quota`. The least bound of the other pairs is the new
+    /// [`Self::unseen_separation`].
+    pub(crate) fn bound_due(
+        &mut self,
+        query: &PlacedPair<'_>,
+        quota: &Quota<'_>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) {
+        let least = self.least_due(query, quota, found, counters);
+        self.finish(query, false, found, counters);
+        self.least_due = Some(least);
+    }
+
+    /// Returns the number of due pairs that the last query did not visit.
+    pub(crate) fn still_due(&self) -> u32 {
+        self.still_due
+    }
+
+    /// Counts what the query left out, and the size of the front. `done` means that all due pairs
+    /// were visited.
+    fn finish(&mut self, query: &PlacedPair<'_>, done: bool, found: &LeafPairs, counters: &mut TraversalCounters) {
+        self.still_due = if done { 0 } else { self.wakes.count_below(self.blocks(), self.motion_bound.sum()) };
+        self.least_due = None;
+        counters.postponed = self.late as u32 + self.still_due;
         if query.is_of_all() {
             self.paths.due = counters.woken;
         }
@@ -255,7 +303,6 @@ impl Front {
         counters.front = self.node_pairs() as u32;
         counters.near = self.awake.len() as u32;
         debug_assert_eq!(self.validate_some(query), Ok(()));
-        counters
     }
 
     /// Returns the thickness of the thinner of two pieces, model units. The thickness of a piece is
@@ -293,6 +340,8 @@ impl Front {
         let least = self.wakes.least(self.blocks());
         if least >= self.motion_bound.sum() {
             self.tolerance
+        } else if let Some(gap) = self.least_due {
+            gap
         } else if least == 0 || self.was_full {
             f64::NEG_INFINITY
         } else {

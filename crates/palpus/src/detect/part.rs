@@ -30,6 +30,8 @@ pub(super) struct Part {
     pub(super) input: (Pose, QuerySettings),
     pub(super) task: Task,
     pub(super) work: Work,
+    /// Units of work of the query's answers.
+    pub(super) answer_work: u64,
     pub(super) search: PartSearch,
     pub(super) counters: QueryCounters,
     pub(super) rejected: RejectedContacts,
@@ -42,6 +44,10 @@ pub(super) enum Task {
     SubStep { thin: f64 },
     /// The leaf pairs within the tolerance.
     Descend,
+    /// More of these leaf pairs, from pairs that are still due.
+    GoOn,
+    /// Bounds of the pairs that are still due.
+    Bound,
     /// The contacts of these leaf pairs.
     Answer,
 }
@@ -55,6 +61,7 @@ impl Part {
             input: (Pose::IDENTITY, *settings),
             task: Task::Descend,
             work: Work::unlimited(),
+            answer_work: 0,
             search,
             counters: QueryCounters::default(),
             rejected: RejectedContacts::default(),
@@ -73,7 +80,19 @@ impl Job for Part {
                 let quota = self.work.all();
                 counters.traversal = search.front.within_quota(&input.placed(), &quota, &mut search.leaves);
             }
-            Task::Answer => self.rejected = search.answer(&input, &self.work.all(), counters),
+            Task::GoOn => {
+                let quota = self.work.all();
+                search.front.go_on(&input.placed(), &quota, &mut search.leaves, &mut counters.traversal);
+            }
+            Task::Bound => {
+                let quota = self.work.all();
+                search.front.bound_due(&input.placed(), &quota, &mut search.leaves, &mut counters.traversal);
+            }
+            Task::Answer => {
+                let before = self.work.spent();
+                self.rejected = search.answer(&input, &self.work.all(), counters);
+                self.answer_work = self.work.spent() - before;
+            }
         }
     }
 }
@@ -108,6 +127,8 @@ pub(super) struct PartSearch {
     pub(super) overlap: f64,
     /// Deeper contacts are impossible in this query, model units.
     pub(super) deepest: f64,
+    /// Number of leaf pairs that the current query has answered.
+    pub(super) answered: u64,
     /// Number of pairs with contacts in the current query.
     pub(super) touching: u32,
     /// Measure of the number of touching pairs in the last query, from 0 (few) to 1 (many).
@@ -147,6 +168,7 @@ impl PartSearch {
             sample: sample.another(),
             overlap: 0.0,
             deepest: f64::INFINITY,
+            answered: 0,
             touching: 0,
             rest_share: 0.0,
             resume: None,
@@ -220,10 +242,12 @@ impl PartSearch {
         let sampled = self.begin_sampled();
         let leaves = std::mem::take(&mut self.leaves);
         let count = leaves.as_slice().len();
+        self.answered = count as u64;
         let mut spent = counters.work();
         for (k, leaf) in leaves.as_slice().iter().enumerate() {
             if k > 0 && quota.is_spent() {
                 self.hold_the_rest(input, leaves.as_slice(), k, counters);
+                self.answered = k as u64;
                 break;
             }
             if k >= sampled {

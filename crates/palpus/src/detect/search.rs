@@ -37,6 +37,7 @@
 //! a fixed order, so the results have the same bits for any number of threads.
 
 mod divide;
+mod quotas;
 
 use std::sync::Arc;
 
@@ -48,8 +49,8 @@ use super::part::{Part, PartSearch, RejectedContacts, Task};
 use super::query_input::{QueryInput, side};
 use super::sample::Sample;
 use super::{Contact, QueryCounters, QuerySettings};
-use crate::algebra::tolerance::{CONFIRMED_SHARE, HELPED_WORK, NEW_PAIRS, REST_ALL, REST_FROM};
-use crate::algebra::{Clock, Placement, Pose, Quota, Rounds, Work};
+use crate::algebra::tolerance::{CONFIRMED_SHARE, HELPED_WORK, NEW_PAIRS, REST_ALL, REST_FROM, WORK_ANSWER};
+use crate::algebra::{Clock, Placement, Pose, Quota, Rounds};
 use crate::body::Body;
 use crate::collision::Thickness;
 
@@ -59,13 +60,17 @@ pub(super) struct Search {
     parts: Arc<Rounds<Part>>,
     /// Units of work of each part in the last query.
     costs: Vec<u64>,
+    /// Units of work of the answer of a leaf pair in the last query, on average.
+    answer_cost: u64,
     /// Largest number of contacts of a query.
     capacity: usize,
     contacts: Vec<Contact>,
     pub(super) last_pose: Option<Pose>,
     last_overlap: LastOverlap,
-    /// The motion bound's sum in the last query. `None` if that query did not see all pairs.
-    seen_at: Option<u64>,
+    /// The motion bound's sum in the last query. `None` without a last query.
+    last_sum: Option<u64>,
+    /// True if the last query saw all pairs.
+    saw_all: bool,
     pub(super) guard: Option<Guard>,
     /// True if the parts have memory for contacts of earlier queries.
     holding: bool,
@@ -105,11 +110,13 @@ impl Search {
         Self {
             parts: Arc::new(Rounds::new(nodes.iter().map(part).collect())),
             costs: vec![0; nodes.len()],
+            answer_cost: WORK_ANSWER,
             capacity,
             contacts: Vec::with_capacity(capacity),
             last_pose: None,
             last_overlap: LastOverlap::default(),
-            seen_at: None,
+            last_sum: None,
+            saw_all: false,
             guard: settings.guard.then(|| Guard::new(capacity)),
             holding: settings.holding,
             sample,
@@ -143,10 +150,12 @@ impl Search {
             self.set(Task::Descend, &input.pose_ba);
         }
         self.round();
+        self.visit_due(quota);
         self.begin_answers(input);
         let middle = clock.now_ns();
         self.round();
         let (rejected, touching) = self.join(quota, &mut counters);
+        self.learn_answer_cost();
         self.sample.keep(&self.contacts, input.tolerance);
         let deepest = self.contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
         self.sample.set_floor(deepest, &input.range());
@@ -158,8 +167,8 @@ impl Search {
         self.contacts.retain(Contact::is_finite);
         counters.non_finite += (all - self.contacts.len()) as u32;
         self.last_overlap.keep(&self.contacts, &input.place);
-        let sum = self.parts.with_first(|part| part.search.front.motion_sum());
-        self.seen_at = Some(sum).filter(|_| counters.traversal.postponed == 0);
+        self.last_sum = Some(self.parts.with_first(|part| part.search.front.motion_sum()));
+        self.saw_all = counters.traversal.postponed == 0;
         if counters.sub_steps > 0 {
             self.compare_sides();
         }
@@ -172,16 +181,12 @@ impl Search {
     }
 
     /// Gives each part the input of the query, its share of the quota, and what it needs from the
-    /// last query. A part that did more work in the last query gets more of the quota.
+    /// last query.
     fn begin(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>) {
         self.sample.set_tolerance(input.tolerance);
-        let (left, count) = (quota.left(), self.costs.len() as u64);
-        let total: u64 = self.costs.iter().sum();
         let mut k = 0;
         self.parts.each(|part| {
-            let share = (self.costs[k] + total / count + 1) as f64 / (2 * total + count) as f64;
-            let of_part = if count == 1 { left } else { left.map(|left| (left as f64 * share) as u64) };
-            part.work = Work::of(of_part);
+            part.work = self.first_limit(quota, k);
             part.input = (input.pose_ba, *input.settings);
             part.task = Task::Descend;
             part.counters = QueryCounters::default();
@@ -252,10 +257,16 @@ impl Search {
         }
     }
 
-    /// Returns an upper bound of the depths of this query, model units: the depth of the last query
-    /// and the motion since then. Infinite if the last query did not see everything.
+    /// Returns an upper bound of the depths of this query, model units. Infinite if the last query
+    /// did not see everything.
     fn deepest_possible(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
-        match self.seen_at {
+        if self.saw_all { self.last_depth_grown(input, restarted) } else { f64::INFINITY }
+    }
+
+    /// Returns the depth of the last query and the motion since then, model units. Infinite without
+    /// a last query.
+    fn last_depth_grown(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
+        match self.last_sum {
             Some(sum) if !restarted => {
                 let motion = self.parts.with_first(|part| part.search.front.motion_since(sum));
                 (self.last_overlap.depth() + motion) / CONFIRMED_SHARE + input.range().offset
@@ -337,8 +348,8 @@ impl Search {
         }
         let contradicted = rejected.contradicted.map(|contact| {
             replacement(input, &contact).unwrap_or_else(|| {
-                let deepest = self.deepest_possible(input, counters.traversal.restarted > 0);
-                no_deeper(&contact, deepest)
+                let restarted = counters.traversal.restarted > 0;
+                no_deeper(&contact, self.last_depth_grown(input, restarted))
             })
         });
         let still = || self.last_overlap.still(input).filter(|_| counters.traversal.postponed == 0);
@@ -408,7 +419,7 @@ impl Search {
             guard.clear();
         }
         self.last_overlap.clear();
-        self.seen_at = None;
+        (self.last_sum, self.saw_all) = (None, false);
     }
 }
 

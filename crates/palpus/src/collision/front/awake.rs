@@ -74,7 +74,6 @@ impl Front {
             self.awake.extend(late.iter().chain(resting.iter()));
             self.awake.rotate_right(self.unvisited);
         }
-        counters.postponed += self.late as u32;
         counters.resting += resting.len() as u32;
         counters.idle += self.idle_count;
         self.sorted = sorted;

@@ -1,12 +1,14 @@
 //! Step 2 of the front: measures the pairs that are due again. A pair then waits again, becomes
 //! awake, or is split.
 
+use glam::DVec3;
+
 use super::super::bounds::{box_gap, sphere_gap};
 use super::super::wakes::{BLOCK, NEVER};
-use super::super::{LeafPairs, March, TraversalCounters};
-use super::{Front, Pair, PlacedPair, State};
-use crate::algebra::Quota;
-use crate::algebra::tolerance::{BOX_WAIT, SPHERE_WAIT};
+use super::super::{Closest, LeafPairs, March, Overlap, Proximity, TraversalCounters, support_gap};
+use super::{Front, NONE, Pair, PlacedPair, State};
+use crate::algebra::tolerance::{BOX_WAIT, NEAR_DUE, SPHERE_WAIT, WORK_BOUNDED};
+use crate::algebra::{Placement, Quota};
 use crate::body::NodeKind;
 
 /// Number of due pairs that are collected at a time.
@@ -40,7 +42,7 @@ enum Measured {
     /// The pair is a pair of leaves within the tolerance.
     Within(March),
     /// The nodes are within the tolerance, and at least one of them is not a leaf.
-    Near,
+    Near(March),
 }
 
 impl Front {
@@ -95,6 +97,50 @@ impl Front {
             }
         }
         None
+    }
+
+    /// Postpones due pairs that are apart by their cheapest bounds, and visits those with the least
+    /// bounds, up to `quota`. Returns the least bound of the other due pairs, model units.
+    pub(super) fn least_due(
+        &mut self,
+        query: &PlacedPair<'_>,
+        quota: &Quota<'_>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) -> f64 {
+        let (mut least, mut block, blocks) = (self.tolerance, 0, self.blocks());
+        let sum = self.motion_bound.sum();
+        while block < blocks {
+            let mut due = [0; DUE];
+            let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
+            let (count, next) = self.wakes.collect(block, blocks, sum, is_wanted, &mut due);
+            let known = self.bounds(query, &due[..count]);
+            for (&place, mut known) in due[..count].iter().zip(known) {
+                let of_spheres = known.spheres.map(|gap| gap - SPHERE_WAIT * self.pace.motion);
+                let mut gap = known.point.max(known.along.or(of_spheres).unwrap_or(f64::NEG_INFINITY));
+                if gap <= query.tolerance {
+                    known.point = known.point.max(self.gap_of_parents(query.pose_ba, place));
+                    gap = gap.max(known.point);
+                }
+                if gap > query.tolerance {
+                    self.look(query, place, known, found, counters);
+                    continue;
+                }
+                let wake = self.wakes.get(place);
+                let moved = if wake > 0 { self.motion_bound.since(wake) } else { f64::INFINITY };
+                gap = gap.max(query.tolerance - moved);
+                if gap > NEAR_DUE * query.tolerance
+                    || quota.is_spent()
+                    || self.wake(query, place, known, quota, found, counters)
+                {
+                    least = least.min(gap);
+                }
+            }
+            quota.spend(count as u64 / WORK_BOUNDED);
+            due[..count].iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
+            block = next;
+        }
+        least
     }
 
     /// Computes the cheapest bounds of the pairs `due`. Their places are far apart in memory. The
@@ -193,8 +239,11 @@ impl Front {
                 let leaf = self.leaf_pair(query, place, &answer);
                 found.push(leaf, query, &self.memories);
             }
-            Measured::Near if self.split(query, place) => counters.split += 1,
-            Measured::Near => {
+            Measured::Near(answer) if self.split(query, place) => {
+                counters.split += 1;
+                self.store_split_gap(query, place, &answer);
+            }
+            Measured::Near(_) => {
                 counters.unsplit += 1;
                 self.was_full = true;
                 let Pair { a, b, .. } = self.pairs[place as usize];
@@ -258,9 +307,40 @@ impl Front {
         let answer = self.march(query, place, counters);
         match (leaves, answer.distance()) {
             (true, _) if answer.is_within(query.tolerance) => Measured::Within(answer),
-            (false, apart) if apart <= query.tolerance => Measured::Near,
+            (false, apart) if apart <= query.tolerance => Measured::Near(answer),
             (_, apart) => Measured::Apart(apart),
         }
+    }
+
+    /// Stores the gap of a pair that was split, as a bound for halves that are not measured yet. An
+    /// earlier bound stays: it is of a normal along which the pair was apart.
+    fn store_split_gap(&mut self, query: &PlacedPair<'_>, place: u32, answer: &March) {
+        let Pair { a, b, bound, .. } = self.pairs[place as usize];
+        if bound.exists() {
+            return;
+        }
+        let (normal, gap) = match answer.proximity {
+            Proximity::Disjoint(Closest { normal, distance, .. }) => (normal, distance),
+            Proximity::Overlapping(Overlap { direction, .. }) => {
+                let (polytope_a, polytope_b) = query.polytopes([a, b]);
+                let normal = direction.normalize_or_zero();
+                (normal, support_gap(polytope_a, polytope_b, query.pose_ba, normal, [0; 2]).0)
+            }
+        };
+        if normal != DVec3::ZERO {
+            self.pairs[place as usize].bound = self.point_bound(query, place, normal.as_vec3(), gap);
+        }
+    }
+
+    /// Returns a lower bound of the gap of a pair (model units), from the stored gaps of the pairs
+    /// of which it is a part. Minus infinity if nothing is stored.
+    fn gap_of_parents(&self, placement_ba: &Placement, mut place: u32) -> f64 {
+        let mut gap = f64::NEG_INFINITY;
+        while gap == f64::NEG_INFINITY && self.pairs[place as usize].parent != NONE {
+            place = self.pairs[place as usize].parent;
+            gap = self.stored_gap(placement_ba, place);
+        }
+        gap
     }
 
     /// Puts both halves of a pair onto the stack; returns false if there is no room for them.
@@ -294,8 +374,6 @@ impl Front {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::super::super::Side;
     use super::super::super::oracle::cuboid;
     use super::*;

@@ -96,7 +96,7 @@ impl Front {
     }
 
     /// Returns the bound for the `gap` of the pair at `place` along `normal`.
-    fn point_bound(&self, query: &PlacedPair<'_>, place: u32, normal: Vec3, gap: f64) -> PointBound {
+    pub(super) fn point_bound(&self, query: &PlacedPair<'_>, place: u32, normal: Vec3, gap: f64) -> PointBound {
         let sphere = &query.a.hierarchy.node(self.pairs[place as usize].a).sphere;
         let center = sphere.center.as_vec3();
         let normal_in_a = query.pose_ba.inverse_vector(normal.as_dvec3()).as_vec3();

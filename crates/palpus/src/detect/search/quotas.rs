@@ -1,0 +1,100 @@
+//! Divides a query's quota of work among its parts and stages.
+//!
+//! 1. Each part gets a share by its work in the last query. Half of it is for due pairs.
+//! 2. If some parts still have due pairs then, they get more. The quota must suffice for the
+//!    answers of the leaf pairs that were found. Of what else is left, half is divided among these
+//!    parts; then half of what they leave, and so on. Without this, a tool that is lifted off would
+//!    be held at surfaces that are not examined yet, although there is work left.
+//!
+//!    If the last query had no contacts, the first of these rounds computes the cheapest
+//!    bounds of all due pairs, beyond the quota, and visits those that are nearest. A tool that
+//!    nothing touches may only move as far as due pairs allow.
+//! 3. What is left then is divided by the numbers of leaf pairs, for their answers.
+//!
+//! The division depends on counts of work only, so it is the same for any number of threads.
+
+use super::{Part, Search, Task};
+use crate::algebra::tolerance::{DUE_ROUNDS, WORK_ANSWER};
+use crate::algebra::{Quota, Work};
+
+/// What all parts have done so far in the query, or what one part has done.
+#[derive(Clone, Copy, Debug, Default)]
+struct Progress {
+    spent: u64,
+    /// Number of due pairs that are not visited.
+    due: u64,
+    /// Number of leaf pairs that were found.
+    leaves: u64,
+}
+
+impl Search {
+    /// Returns the limit of part `k` for the first stage.
+    pub(super) fn first_limit(&self, quota: &Quota<'_>, k: usize) -> Work {
+        let Some(left) = quota.left().filter(|_| self.costs.len() > 1) else { return Work::of(quota.left()) };
+        let (total, count) = (self.costs.iter().sum::<u64>(), self.costs.len() as u64);
+        let share = (self.costs[k] + total / count + 1) as f64 / (2 * total + count) as f64;
+        Work::of(Some((left as f64 * share) as u64))
+    }
+
+    /// Visits more due pairs while the quota suffices, and sets the limits for the answers.
+    pub(super) fn visit_due(&mut self, quota: &Quota<'_>) {
+        let Some(all) = quota.left() else { return };
+        let mut progress = self.progress();
+        let is_free = self.contacts.is_empty();
+        for round in 0..DUE_ROUNDS {
+            let half = all.saturating_sub(progress.spent + progress.leaves * self.answer_cost) / 2;
+            let task = if round == 0 && is_free { Task::Bound } else { Task::GoOn };
+            if progress.due == 0 || half == 0 && matches!(task, Task::GoOn) {
+                break;
+            }
+            let total = progress.due;
+            self.limit(task, |part| divided(half, part.due, total));
+            self.round();
+            progress = self.progress();
+        }
+        let (left, total) = (all.saturating_sub(progress.spent), progress.leaves);
+        self.limit(Task::Answer, |part| divided(left, part.leaves, total));
+    }
+
+    /// Stores the average work of an answer.
+    pub(super) fn learn_answer_cost(&mut self) {
+        let (mut answered, mut work) = (0, 0);
+        self.parts.each(|part| {
+            answered += part.search.answered;
+            work += part.answer_work;
+        });
+        if let Some(mean) = u64::checked_div(work, answered) {
+            self.answer_cost = mean.max(WORK_ANSWER);
+        }
+    }
+
+    fn progress(&self) -> Progress {
+        let mut all = Progress::default();
+        self.parts.each(|part| {
+            let Progress { spent, due, leaves } = Progress::of(part);
+            all = Progress { spent: all.spent + spent, due: all.due + due, leaves: all.leaves + leaves };
+        });
+        all
+    }
+
+    /// Sets the task of all parts, and for each part the work that it may still do.
+    fn limit(&mut self, task: Task, units: impl Fn(Progress) -> u64) {
+        self.parts.each(|part| {
+            part.task = task;
+            let progress = Progress::of(part);
+            part.work.leave(units(progress));
+        });
+    }
+}
+
+impl Progress {
+    fn of(part: &Part) -> Self {
+        let leaves = part.search.leaves.as_slice().len() as u64;
+        Self { spent: part.work.spent(), due: u64::from(part.search.front.still_due()), leaves }
+    }
+}
+
+/// Returns the share `part / total` of `units`.
+fn divided(units: u64, part: u64, total: u64) -> u64 {
+    (u128::from(units) * u128::from(part) / u128::from(total.max(1))) as u64
+}
