@@ -37,7 +37,7 @@
 //! witness point belongs to the first available contact of this list: the shallowest rejected
 //! depth; the deepest contact of the last overlap ([`LastOverlap`]), if its witness point is still
 //! inside; the least depth of two pieces without a shared normal. If a rejected depth has no
-//! witness point inside the other solid, the contact keeps its normal, and its depth grows hardly
+//! witness point inside the other solid, the contact keeps its normal, and its depth grows no
 //! faster than the bodies move. So a tool that is pushed through a thin wall is still held.
 //!
 //! Deviation: \[K02\] moves a depth to original features without such a check.
@@ -332,7 +332,7 @@ mod tests {
                 let input = QueryInput::new(&a, &b, &pose, &settings);
                 for contact in query.found().iter().filter(|contact| contact.separation < 0.0) {
                     if !has_point_inside(&input, contact) {
-                        let most = (last + motion) / CONFIRMED_SHARE + settings.tolerance;
+                        let most = (last + motion).max(settings.tolerance);
                         assert!(-contact.separation <= most, "seed {SEED}: {contact:?} at {pose:?}");
                         outside += u32::from(last < f64::INFINITY);
                     }

@@ -260,16 +260,19 @@ impl Search {
     /// Returns an upper bound of the depths of this query, model units. Infinite if the last query
     /// did not see everything.
     fn deepest_possible(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
-        if self.saw_all { self.last_depth_grown(input, restarted) } else { f64::INFINITY }
+        if !self.saw_all {
+            return f64::INFINITY;
+        }
+        self.last_depth_grown(restarted) / CONFIRMED_SHARE + input.range().offset
     }
 
     /// Returns the depth of the last query and the motion since then, model units. Infinite without
     /// a last query.
-    fn last_depth_grown(&self, input: &QueryInput<'_>, restarted: bool) -> f64 {
+    fn last_depth_grown(&self, restarted: bool) -> f64 {
         match self.last_sum {
             Some(sum) if !restarted => {
                 let motion = self.parts.with_first(|part| part.search.front.motion_since(sum));
-                (self.last_overlap.depth() + motion) / CONFIRMED_SHARE + input.range().offset
+                self.last_overlap.depth() + motion
             }
             _ => f64::INFINITY,
         }
@@ -349,7 +352,7 @@ impl Search {
         let contradicted = rejected.contradicted.map(|contact| {
             replacement(input, &contact).unwrap_or_else(|| {
                 let restarted = counters.traversal.restarted > 0;
-                no_deeper(&contact, self.last_depth_grown(input, restarted))
+                no_deeper(&contact, self.last_depth_grown(restarted))
             })
         });
         let still = || self.last_overlap.still(input).filter(|_| counters.traversal.postponed == 0);
