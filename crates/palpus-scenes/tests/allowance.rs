@@ -137,6 +137,17 @@ fn limited_work_gives_nearly_the_same_force() {
     }
 }
 
+/// Returns the settings of a tool behind a coupling, for contacts nearer than `tolerance` (m).
+fn coupled(tolerance: f64) -> Settings {
+    let limits = Settings::default().limits;
+    Settings {
+        contact_tolerance: tolerance,
+        stiffness: VirtualCoupling::contact_stiffness(&limits, tolerance).expect("the device has a force limit"),
+        coupling: Some(VirtualCoupling::tuned(&limits, 1e-3, tolerance)),
+        ..Settings::default()
+    }
+}
+
 /// Speed of the device, m/s.
 const SLAM: f64 = 1.6;
 
@@ -145,15 +156,8 @@ fn tool_waits_for_pairs_not_yet_queried() {
     for name in ["torus-torus", "peg-hole", "spoon-cup"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));
-        let limits = Settings::default().limits;
         let tolerance = scene.contact.tolerance;
-        let settings = Settings {
-            contact_tolerance: tolerance,
-            stiffness: VirtualCoupling::contact_stiffness(&limits, tolerance).expect("the device has a force limit"),
-            coupling: Some(VirtualCoupling::tuned(&limits, 1e-3, tolerance)),
-            ..Settings::default()
-        };
-        let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
+        let mut renderer = Renderer::new(a.clone(), b.clone(), coupled(tolerance)).expect("valid settings");
         let settings = QuerySettings { tolerance, ..QuerySettings::default() };
         let mut judge = ContactQuery::new(a.clone(), b.clone(), settings);
         let start = scene.path.pose(0.0);
@@ -182,15 +186,7 @@ fn tool_that_is_lifted_off_a_face_is_not_held() {
     let read = |name: &str| obj(&models.join(name));
     let (Ok(a), Ok(b)) = (read("gear_medium.obj"), read("gear_large.obj")) else { return };
     let (a, b) = (body(&a), body(&b));
-    let limits = Settings::default().limits;
-    let tolerance = 0.01 * b.size();
-    let settings = Settings {
-        contact_tolerance: tolerance,
-        stiffness: VirtualCoupling::contact_stiffness(&limits, tolerance).expect("the device has a force limit"),
-        coupling: Some(VirtualCoupling::tuned(&limits, 1e-3, tolerance)),
-        patch_angle: Some(5f64.to_radians()),
-        ..Settings::default()
-    };
+    let settings = Settings { patch_angle: Some(5f64.to_radians()), ..coupled(0.01 * b.size()) };
     // The hand lowers a gear onto another at 60 mm/s, presses it with 1.2 N, and lifts it off.
     let height = |k: u32| 0.0248 - 6e-5 * f64::from(k.min(100)) + 6e-5 * f64::from(k.saturating_sub(400));
     // A loop at 1 kHz has time for about 1000 units. The landing lasts for some hundred steps.
@@ -208,8 +204,8 @@ fn tool_that_is_lifted_off_a_face_is_not_held() {
             unused += u32::from(tick.is_late() && tick.work < work * 3 / 4);
             last = force;
         }
-        // Measured: 0.3 N at most. It was 3.4 N when each part of the query had a fixed share of the
-        // work, and when unexamined surfaces stopped a motion in any direction.
+        // Measured: 0.3 N at most. It was 3.4 N when each part of the query had a fixed share of
+        // the work, and when unexamined surfaces stopped a motion in any direction.
         assert!(largest < 0.5, "{work}: {largest} N in a step");
         assert!(late > 200 && unused < 25, "{work}: {late} late, {unused} of them with work left");
         // Measured: 0.4 mm. It was 35 mm when a rejected depth was replaced by a contact without a

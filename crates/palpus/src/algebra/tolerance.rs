@@ -1774,7 +1774,7 @@ pub const WORK_WALK: u64 = 20;
 pub const WORK_PATCH: u64 = 12;
 
 /// Number of times that a query gives parts with due pairs more of a limit of work. With 3, they
-/// get up to 94 % of what the answers do not need.
+/// get up to seven eighths of what the first stage leaves and the answers do not need.
 pub const DUE_ROUNDS: u32 = 3;
 
 /// After a step that took longer than estimated, a pacer corrects its estimates by this share of
@@ -1785,8 +1785,8 @@ pub const PACE_DEARER: f64 = 0.25;
 /// the difference. The estimates adapt within about 25 steps.
 ///
 /// With a share of 0.001, one step that the system interrupts would limit the work for a second.
-/// With 0.01, a gear that was lifted off another still had too little work 0.1 s later: the memory
-/// that the first of these steps read was cold. The force changed by up to 0.6 N in a step.
+/// With 0.01, a gear that was lifted off another still had too little work after 0.1 s, because the
+/// first of these steps had read cold memory. The force changed by up to 0.6 N in a step.
 pub const PACE_CHEAPER: f64 = 0.04;
 
 /// A step raises a pacer's price as if a unit of work had taken at most this many times the price.

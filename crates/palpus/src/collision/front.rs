@@ -31,12 +31,10 @@
 //!
 //! The caller may limit the work of a query by a [`Quota`]. Due pairs get the first half of the
 //! quota, since their results are new. Awake pairs are then marched with a quarter of the rest, in
-//! turns from query to query; the stages after a march cost more than the march itself. If the
-//! later stages leave some of the quota, more due pairs are visited ([`Front::go_on`]), or the
-//! nearest of them ([`Front::bound_due`]). Pairs that the query does not reach stay due until the
-//! next query. [`Front::unseen_separation`] is a lower
-//! bound of the separation of these pairs, and the list of unvisited pairs contains the pairs with
-//! contacts.
+//! turns from query to query; the stages after a march cost more than the march itself. Of what is
+//! left, more due pairs are visited (`limited`). Pairs that the query does not reach stay due until
+//! the next query. [`Front::unseen_separation`] is a lower bound of the separation of these pairs,
+//! and the list of unvisited pairs contains the pairs with contacts.
 //!
 //! All memory is allocated when the front is created. If there is no room to split a pair, the pair
 //! stays due in every tick, and its descendants are searched without stored data (`below`). This
@@ -50,6 +48,7 @@ mod awake;
 mod below;
 mod due;
 mod idle;
+mod limited;
 mod merge;
 mod pair;
 mod path;
@@ -255,56 +254,6 @@ impl Front {
         counters
     }
 
-    /// Visits more due pairs, up to `quota`. `found` and `counters` are the results of the last
-    /// query, which was at the same pose; more results are added to them.
-    pub(crate) fn go_on(
-        &mut self,
-        query: &PlacedPair<'_>,
-        quota: &Quota<'_>,
-        found: &mut LeafPairs,
-        counters: &mut TraversalCounters,
-    ) {
-        let (done, least) = (self.wake_due(query, quota, found, counters), self.least_due);
-        self.finish(query, done, found, counters);
-        self.least_due = least;
-    }
-
-    /// Computes the cheapest bounds of all pairs that are still due after the last query, which was
-    /// at the same pose. Pairs that are apart by these bounds wait again, and those with the least
-    /// bounds are visited, up to `quota`. The least bound of the other pairs is the new
-    /// [`Self::unseen_separation`].
-    pub(crate) fn bound_due(
-        &mut self,
-        query: &PlacedPair<'_>,
-        quota: &Quota<'_>,
-        found: &mut LeafPairs,
-        counters: &mut TraversalCounters,
-    ) {
-        let least = self.least_due(query, quota, found, counters);
-        self.finish(query, false, found, counters);
-        self.least_due = Some(least);
-    }
-
-    /// Returns the number of due pairs that the last query did not visit.
-    pub(crate) fn still_due(&self) -> u32 {
-        self.still_due
-    }
-
-    /// Counts what the query left out, and the size of the front. `done` means that all due pairs
-    /// were visited.
-    fn finish(&mut self, query: &PlacedPair<'_>, done: bool, found: &LeafPairs, counters: &mut TraversalCounters) {
-        self.still_due = if done { 0 } else { self.wakes.count_below(self.blocks(), self.motion_bound.sum()) };
-        self.least_due = None;
-        counters.postponed = self.late as u32 + self.still_due;
-        if query.is_of_all() {
-            self.paths.due = counters.woken;
-        }
-        counters.dropped = found.dropped();
-        counters.front = self.node_pairs() as u32;
-        counters.near = self.awake.len() as u32;
-        debug_assert_eq!(self.validate_some(query), Ok(()));
-    }
-
     /// Returns the thickness of the thinner of two pieces, model units. The thickness of a piece is
     /// its least width along the normals of its faces.
     pub(crate) fn thickness(&self, piece_a: u32, piece_b: u32) -> f64 {
@@ -331,22 +280,6 @@ impl Front {
     /// Returns the motion since the motion bound's sum was `from`, model units.
     pub(crate) fn motion_since(&self, from: u64) -> f64 {
         self.motion_bound.since(from)
-    }
-
-    /// Returns a lower bound of the separation (model units) of every pair of pieces that the last
-    /// query did not find, except for pairs in the list of unvisited pairs. Minus infinity before
-    /// the first query. The bound is at least the tolerance unless the quota was spent.
-    pub fn unseen_separation(&self) -> f64 {
-        let least = self.wakes.least(self.blocks());
-        if least >= self.motion_bound.sum() {
-            self.tolerance
-        } else if let Some(gap) = self.least_due {
-            gap
-        } else if least == 0 || self.was_full {
-            f64::NEG_INFINITY
-        } else {
-            self.tolerance - self.motion_bound.since(least)
-        }
     }
 
     /// Returns the number of places at which pairs can be stored.

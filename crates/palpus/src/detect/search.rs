@@ -180,8 +180,8 @@ impl Search {
         counters
     }
 
-    /// Gives each part the input of the query, its share of the quota, and what it needs from the
-    /// last query.
+    /// Gives each part the input of the query, its first share of the quota, and what it needs from
+    /// the last query.
     fn begin(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>) {
         self.sample.set_tolerance(input.tolerance);
         let mut k = 0;
@@ -228,13 +228,12 @@ impl Search {
         parts.each(|part| contacts.extend(part.search.contacts.iter().take(*capacity - contacts.len())));
     }
 
-    /// Sets the next task. If many pairs have come within the tolerance since the last query, the
+    /// Prepares the answers. If many pairs have come within the tolerance since the last query, the
     /// size of the sample is set before these pairs are measured: if a flat face lands on another,
     /// a thousand pairs begin to touch in one query.
     fn begin_answers(&mut self, input: &QueryInput<'_>) {
         let (mut restarted, mut within) = (false, 0);
         self.parts.each(|part| {
-            part.task = Task::Answer;
             restarted |= part.counters.traversal.restarted > 0;
             within += part.search.within();
         });

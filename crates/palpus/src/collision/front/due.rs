@@ -1,18 +1,16 @@
 //! Step 2 of the front: measures the pairs that are due again. A pair then waits again, becomes
 //! awake, or is split.
 
-use glam::DVec3;
-
 use super::super::bounds::{box_gap, sphere_gap};
 use super::super::wakes::{BLOCK, NEVER};
-use super::super::{Closest, LeafPairs, March, Overlap, Proximity, TraversalCounters, support_gap};
-use super::{Front, NONE, Pair, PlacedPair, State};
-use crate::algebra::tolerance::{BOX_WAIT, NEAR_DUE, SPHERE_WAIT, WORK_BOUNDED};
-use crate::algebra::{Placement, Quota};
+use super::super::{LeafPairs, March, TraversalCounters};
+use super::{Front, Pair, PlacedPair, State};
+use crate::algebra::Quota;
+use crate::algebra::tolerance::{BOX_WAIT, SPHERE_WAIT};
 use crate::body::NodeKind;
 
 /// Number of due pairs that are collected at a time.
-const DUE: usize = 64;
+pub(super) const DUE: usize = 64;
 
 /// If the quota is spent, the next query resumes the search at the start of the same group of this
 /// many blocks. So a small front is always searched from its start, and a pair that is due in each
@@ -22,13 +20,13 @@ const RESUMED: usize = 4;
 
 /// Bounds of a pair that are computed before the pair is measured.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+pub(super) struct Known {
     /// The stored bound, model units; minus infinity if nothing is stored.
-    point: f64,
+    pub(super) point: f64,
     /// The gap along the stored normal, model units. `None` if it is not computed.
-    along: Option<f64>,
+    pub(super) along: Option<f64>,
     /// The gap between the spheres around both nodes, model units. `None` if it is not computed.
-    spheres: Option<f64>,
+    pub(super) spheres: Option<f64>,
 }
 
 impl Known {
@@ -99,54 +97,10 @@ impl Front {
         None
     }
 
-    /// Postpones due pairs that are apart by their cheapest bounds, and visits those with the least
-    /// bounds, up to `quota`. Returns the least bound of the other due pairs, model units.
-    pub(super) fn least_due(
-        &mut self,
-        query: &PlacedPair<'_>,
-        quota: &Quota<'_>,
-        found: &mut LeafPairs,
-        counters: &mut TraversalCounters,
-    ) -> f64 {
-        let (mut least, mut block, blocks) = (self.tolerance, 0, self.blocks());
-        let sum = self.motion_bound.sum();
-        while block < blocks {
-            let mut due = [0; DUE];
-            let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
-            let (count, next) = self.wakes.collect(block, blocks, sum, is_wanted, &mut due);
-            let known = self.bounds(query, &due[..count]);
-            for (&place, mut known) in due[..count].iter().zip(known) {
-                let of_spheres = known.spheres.map(|gap| gap - SPHERE_WAIT * self.pace.motion);
-                let mut gap = known.point.max(known.along.or(of_spheres).unwrap_or(f64::NEG_INFINITY));
-                if gap <= query.tolerance {
-                    known.point = known.point.max(self.gap_of_parents(query.pose_ba, place));
-                    gap = gap.max(known.point);
-                }
-                if gap > query.tolerance {
-                    self.look(query, place, known, found, counters);
-                    continue;
-                }
-                let wake = self.wakes.get(place);
-                let moved = if wake > 0 { self.motion_bound.since(wake) } else { f64::INFINITY };
-                gap = gap.max(query.tolerance - moved);
-                if gap > NEAR_DUE * query.tolerance
-                    || quota.is_spent()
-                    || self.wake(query, place, known, quota, found, counters)
-                {
-                    least = least.min(gap);
-                }
-            }
-            quota.spend(count as u64 / WORK_BOUNDED);
-            due[..count].iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
-            block = next;
-        }
-        least
-    }
-
     /// Computes the cheapest bounds of the pairs `due`. Their places are far apart in memory. The
     /// reads of each loop do not depend on each other, so the processor waits for several of them
     /// at a time. The first loop does little else, so it waits for the most.
-    fn bounds(&self, query: &PlacedPair<'_>, due: &[u32]) -> [Known; DUE] {
+    pub(super) fn bounds(&self, query: &PlacedPair<'_>, due: &[u32]) -> [Known; DUE] {
         let mut known = [Known::NOTHING; DUE];
         let mut measured = [None; DUE];
         for (nodes, &place) in measured.iter_mut().zip(due) {
@@ -174,7 +128,7 @@ impl Front {
 
     /// Does step 2 for one pair with the bounds `known`, and for the halves into which it is
     /// split. Returns true if the quota is spent.
-    fn wake(
+    pub(super) fn wake(
         &mut self,
         query: &PlacedPair<'_>,
         place: u32,
@@ -203,7 +157,7 @@ impl Front {
 
     /// Measures a pair with the bounds `known`, and sets its new state. If the pair is split,
     /// its halves are put onto the stack.
-    fn look(
+    pub(super) fn look(
         &mut self,
         query: &PlacedPair<'_>,
         place: u32,
@@ -312,37 +266,6 @@ impl Front {
         }
     }
 
-    /// Stores the gap of a pair that was split, as a bound for halves that are not measured yet. An
-    /// earlier bound stays: it is of a normal along which the pair was apart.
-    fn store_split_gap(&mut self, query: &PlacedPair<'_>, place: u32, answer: &March) {
-        let Pair { a, b, bound, .. } = self.pairs[place as usize];
-        if bound.exists() {
-            return;
-        }
-        let (normal, gap) = match answer.proximity {
-            Proximity::Disjoint(Closest { normal, distance, .. }) => (normal, distance),
-            Proximity::Overlapping(Overlap { direction, .. }) => {
-                let (polytope_a, polytope_b) = query.polytopes([a, b]);
-                let normal = direction.normalize_or_zero();
-                (normal, support_gap(polytope_a, polytope_b, query.pose_ba, normal, [0; 2]).0)
-            }
-        };
-        if normal != DVec3::ZERO {
-            self.pairs[place as usize].bound = self.point_bound(query, place, normal.as_vec3(), gap);
-        }
-    }
-
-    /// Returns a lower bound of the gap of a pair (model units), from the stored gaps of the pairs
-    /// of which it is a part. Minus infinity if nothing is stored.
-    fn gap_of_parents(&self, placement_ba: &Placement, mut place: u32) -> f64 {
-        let mut gap = f64::NEG_INFINITY;
-        while gap == f64::NEG_INFINITY && self.pairs[place as usize].parent != NONE {
-            place = self.pairs[place as usize].parent;
-            gap = self.stored_gap(placement_ba, place);
-        }
-        gap
-    }
-
     /// Puts both halves of a pair onto the stack; returns false if there is no room for them.
     fn split(&mut self, query: &PlacedPair<'_>, place: u32) -> bool {
         let Pair { a, b, .. } = self.pairs[place as usize];
@@ -374,6 +297,8 @@ impl Front {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::super::super::Side;
     use super::super::super::oracle::cuboid;
     use super::*;

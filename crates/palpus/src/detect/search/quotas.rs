@@ -6,10 +6,10 @@
 //!    parts; then half of what they leave, and so on. Without this, a tool that is lifted off would
 //!    be held at surfaces that are not examined yet, although there is work left.
 //!
-//!    If the last query had no contacts, the first of these rounds computes the cheapest
-//!    bounds of all due pairs, beyond the quota, and visits those that are nearest. A tool that
-//!    nothing touches may only move as far as due pairs allow.
-//! 3. What is left then is divided by the numbers of leaf pairs, for their answers.
+//!    If the last query had no contacts, the first of these rounds computes the cheapest bounds of
+//!    all due pairs, beyond the quota, and visits those that are nearest. A tool that nothing
+//!    touches may only move as far as due pairs allow.
+//! 3. The rest is for the answers. Each part gets a share by the number of its leaf pairs.
 //!
 //! The division depends on counts of work only, so it is the same for any number of threads.
 
@@ -17,7 +17,7 @@ use super::{Part, Search, Task};
 use crate::algebra::tolerance::{DUE_ROUNDS, WORK_ANSWER};
 use crate::algebra::{Quota, Work};
 
-/// What all parts have done so far in the query, or what one part has done.
+/// The progress of one part in the query, or the sums over all parts.
 #[derive(Clone, Copy, Debug, Default)]
 struct Progress {
     spent: u64,
@@ -36,9 +36,10 @@ impl Search {
         Work::of(Some((left as f64 * share) as u64))
     }
 
-    /// Visits more due pairs while the quota suffices, and sets the limits for the answers.
+    /// Visits more due pairs while the quota suffices. Then sets the task and the limits of the
+    /// answers.
     pub(super) fn visit_due(&mut self, quota: &Quota<'_>) {
-        let Some(all) = quota.left() else { return };
+        let Some(all) = quota.left() else { return self.parts.each(|part| part.task = Task::Answer) };
         let mut progress = self.progress();
         let is_free = self.contacts.is_empty();
         for round in 0..DUE_ROUNDS {
