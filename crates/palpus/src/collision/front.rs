@@ -61,7 +61,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::march::{initial_features, march};
+use super::march::{completed, kept_by_half, march};
 use super::motion_bound::MotionBound;
 use super::thickness::Thickness;
 use super::wakes::{BLOCK, WakeBoard};
@@ -70,7 +70,7 @@ use super::{
 };
 use crate::algebra::tolerance::{JUMP, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
-use crate::body::{FeaturePair, NodeKind};
+use crate::body::{Feature, FeaturePair, NodeKind};
 use below::NodePair;
 use idle::Idle;
 pub(crate) use idle::{IdleLimit, IdleReason, Pace};
@@ -411,17 +411,17 @@ impl Front {
         self.wakes.set(place, self.motion_bound.due(distance - query.tolerance));
     }
 
-    /// Marches a pair from the end of its last march; a pair without stored results has no such
-    /// start.
+    /// Marches a pair from the end of its last march. A pair without stored results starts at the
+    /// features of the pair of which it is a half.
     fn march(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> March {
-        let pair = &mut self.pairs[place as usize];
-        let (polytope_a, polytope_b) = query.polytopes([pair.a, pair.b]);
-        let memory = &mut self.memories[place as usize];
-        if !pair.known {
-            let features = initial_features(polytope_a, polytope_b, query.pose_ba);
-            *memory = WarmStart { features, ..WarmStart::BLANK };
-            pair.known = true;
+        let Pair { a, b, known, .. } = self.pairs[place as usize];
+        let (polytope_a, polytope_b) = query.polytopes([a, b]);
+        if !known {
+            let features = completed(polytope_a, polytope_b, query.pose_ba, self.features_of_whole(place));
+            self.memories[place as usize] = WarmStart { features, ..WarmStart::BLANK };
+            self.pairs[place as usize].known = true;
         }
+        let memory = &mut self.memories[place as usize];
         let answer = march(polytope_a, polytope_b, query.pose_ba, memory.features);
         memory.features = answer.features;
         // If a pair that is apart overlaps again later, its depth may have any direction.
@@ -435,6 +435,17 @@ impl Front {
         counters.march_steps += answer.steps;
         counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);
         answer
+    }
+
+    /// Returns the known features of the pair of which the pair at `place` is a half.
+    fn features_of_whole(&self, place: u32) -> [Option<Feature>; 2] {
+        let Pair { a, b, parent, .. } = self.pairs[place as usize];
+        if parent == NONE {
+            return [None; 2];
+        }
+        let whole = &self.pairs[parent as usize];
+        debug_assert!(whole.known, "a pair is marched before it is split");
+        kept_by_half([whole.a, whole.b], self.memories[parent as usize].features, [a, b])
     }
 
     fn leaf_pair(&mut self, query: &PlacedPair<'_>, place: u32, answer: &March) -> LeafPair {

@@ -300,8 +300,25 @@ impl Field<'_> {
 /// Returns the start for a pair without cached data: the extreme vertices along the line of the
 /// centroids.
 pub fn initial_features(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> FeaturePair {
+    completed(a, b, pose_ba, [None; 2])
+}
+
+/// Returns the start for a pair with one known feature or none. The unknown features are those of
+/// [`initial_features`].
+pub(super) fn completed(a: &Polytope, b: &Polytope, pose_ba: &Placement, known: [Option<Feature>; 2]) -> FeaturePair {
     let line = pose_ba.point(a.centroid()) - b.centroid();
-    FeaturePair { a: Vertex(a.support(pose_ba.inverse_vector(-line))), b: Vertex(b.support(line)) }
+    let [feature_a, feature_b] = known;
+    FeaturePair {
+        a: feature_a.unwrap_or_else(|| Vertex(a.support(pose_ba.inverse_vector(-line)))),
+        b: feature_b.unwrap_or_else(|| Vertex(b.support(line))),
+    }
+}
+
+/// Returns the features of a pair of nodes that are known for a half of this pair: the feature of
+/// the node that is not split. In a close fit, the march of the half often ends there.
+pub(super) fn kept_by_half(whole: [u32; 2], features: FeaturePair, half: [u32; 2]) -> [Option<Feature>; 2] {
+    let FeaturePair { a, b } = features;
+    [(half[0] == whole[0]).then_some(a), (half[1] == whole[1]).then_some(b)]
 }
 
 /// Calls `visit` with every face that contains `feature`.

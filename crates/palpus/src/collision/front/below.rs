@@ -10,10 +10,11 @@
 //! least bound first. A waiting pair has a bound from its last measurement, so most waiting pairs
 //! are not examined.
 
-use super::super::march::{initial_features, march};
+use super::super::march::{completed, kept_by_half, march};
 use super::super::wakes::NEVER;
 use super::super::{LeafPair, LeafPairs, March, Proximity, StopReason, TraversalCounters};
 use super::{Front, Pair, PlacedPair, State, piece_of};
+use crate::body::Feature;
 
 /// A pair of nodes that the search has not examined yet.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +22,15 @@ pub(super) struct NodePair {
     nodes: [u32; 2],
     /// Lower bound of the distance between the two nodes, model units.
     bound: f64,
+    /// The features at which the march starts, if they are known.
+    known: [Option<Feature>; 2],
+}
+
+impl NodePair {
+    /// A pair about which nothing else is known.
+    fn new(nodes: [u32; 2], bound: f64) -> Self {
+        Self { nodes, bound, known: [None; 2] }
+    }
 }
 
 /// The nearest leaf pairs that a search has found so far.
@@ -44,7 +54,7 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
-        let root = NodePair { nodes, bound: 0.0 };
+        let root = NodePair::new(nodes, 0.0);
         let mut below = std::mem::take(&mut self.below);
         descend(query, root, query.tolerance, &mut below, counters, &mut |nodes, answer| {
             if answer.is_within(query.tolerance) {
@@ -71,11 +81,11 @@ impl Front {
         // bound. The limit that it finds there excludes most other pairs.
         let known = self.last_nearest;
         if let Some(nodes) = known {
-            self.nearer(query, NodePair { nodes, bound: 0.0 }, &mut near, counters);
+            self.nearer(query, NodePair::new(nodes, 0.0), &mut near, counters);
             near.known = known;
         }
         if !self.begun {
-            self.nearer(query, NodePair { nodes: self.nodes, bound: 0.0 }, &mut near, counters);
+            self.nearer(query, NodePair::new(self.nodes, 0.0), &mut near, counters);
             return;
         }
         let places = 0..self.fresh;
@@ -107,7 +117,7 @@ impl Front {
             // The pair was not within the tolerance before it was due.
             State::Sliding => self.tolerance - self.motion_bound.since(wake).max(0.0),
         };
-        Some(NodePair { nodes: [a, b], bound })
+        Some(NodePair::new([a, b], bound))
     }
 
     /// Searches below a pair for leaf pairs nearer than the limit.
@@ -151,12 +161,12 @@ fn descend(
 ) -> f64 {
     below.clear();
     below.push(pair);
-    while let Some(NodePair { nodes, bound }) = below.pop() {
+    while let Some(NodePair { nodes, bound, known }) = below.pop() {
         if bound > limit {
             continue;
         }
         let (polytope_a, polytope_b) = query.polytopes(nodes);
-        let start = initial_features(polytope_a, polytope_b, query.pose_ba);
+        let start = completed(polytope_a, polytope_b, query.pose_ba, known);
         let answer = march(polytope_a, polytope_b, query.pose_ba, start);
         let split = query.halves(nodes);
         counters.node_pairs += 1;
@@ -171,7 +181,11 @@ fn descend(
             limit = visit(nodes, &answer);
             continue;
         };
-        let [one, other] = split.map(|nodes| NodePair { nodes, bound: query.bound(nodes, limit) });
+        let [one, other] = split.map(|half| NodePair {
+            nodes: half,
+            bound: query.bound(half, limit),
+            known: kept_by_half(nodes, answer.features, half),
+        });
         let (near, far) = if other.bound < one.bound { (other, one) } else { (one, other) };
         below.extend([far, near]);
     }
