@@ -4,7 +4,7 @@
 //! time of each step and computes the allowed work of the next step:
 //!
 //! 1. *Price*: the time of a unit of work, ns. The estimate rises within a few steps and falls
-//!    within about 25, so one quick step hardly changes it. A step that the system has
+//!    within about 10, so one quick step hardly changes it. A step that the system has
 //!    interrupted raises it by a limited factor.
 //! 2. *Rest*: the time of a step without its query, estimated in the same way.
 //! 3. *Allowance*: (target − rest) / price, but at least the work with which a query makes
