@@ -161,7 +161,7 @@ impl Search {
         self.sample.set_floor(deepest, &input.range());
         self.pressing = deepest < input.range().offset;
         self.touching = touching;
-        self.set_touching(touching);
+        self.set_touching(self.expected_touching(touching, counters.unseen));
         self.hold_overlap(input, &rejected, &mut counters);
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
@@ -232,10 +232,11 @@ impl Search {
     /// size of the sample is set before these pairs are measured: if a flat face lands on another,
     /// a thousand pairs begin to touch in one query.
     fn begin_answers(&mut self, input: &QueryInput<'_>) {
-        let (mut restarted, mut within) = (false, 0);
+        let (mut restarted, mut within, mut due) = (false, 0, 0);
         self.parts.each(|part| {
             restarted |= part.counters.traversal.restarted > 0;
             within += part.search.within();
+            due += part.search.front.still_due();
         });
         if restarted {
             (self.touching, self.within, self.pressing) = (0, 0, false);
@@ -246,11 +247,11 @@ impl Search {
         let new = within.saturating_sub(self.within);
         let most = self.touching + new;
         self.within = within;
-        let many = f64::from(new) > NEW_PAIRS * f64::from(within) && f64::from(most) > REST_FROM;
+        let many = f64::from(new) > NEW_PAIRS * f64::from(within) && expected(most, within, due) > REST_FROM;
         if self.holding && (restarted || many) {
             let mut touching = 0;
             self.parts.each(|part| touching += part.search.may_touch(input));
-            self.set_touching(touching.min(most));
+            self.set_touching(expected(touching.min(most), within, due));
             let (sample, rest_share) = (&self.sample, self.rest_share);
             self.parts.each(|part| part.search.set_sample(sample, rest_share));
         }
@@ -305,11 +306,22 @@ impl Search {
         (rejected, touching)
     }
 
+    /// Returns the number of touching pairs if the pairs without a result touch as often as the
+    /// others: due pairs, and `unseen` of the leaf pairs that were found. `touching` of the others
+    /// have a contact.
+    fn expected_touching(&self, touching: u32, unseen: u32) -> f64 {
+        let (mut within, mut due) = (0, 0);
+        self.parts.each(|part| {
+            within += part.search.within();
+            due += part.search.front.still_due();
+        });
+        expected(touching, within.saturating_sub(unseen), unseen + due)
+    }
+
     /// Sets how long pairs rest, and the size of the sample, by the number of touching pairs. The
     /// size changes gradually if a contact presses, and at once otherwise.
-    fn set_touching(&mut self, touching: u32) {
+    fn set_touching(&mut self, touching: f64) {
         if self.holding {
-            let touching = f64::from(touching);
             self.rest_share = ((touching - REST_FROM) / (REST_ALL - REST_FROM)).clamp(0.0, 1.0);
             self.sample.set_touching(touching, !self.pressing);
         }
@@ -439,4 +451,10 @@ impl Clone for Search {
             ..*self
         }
     }
+}
+
+/// Returns the number of touching pairs among all pairs, if `touching` of the `seen` pairs touch
+/// and the `unseen` pairs touch as often.
+fn expected(touching: u32, seen: u32, unseen: u32) -> f64 {
+    f64::from(touching) * (1.0 + f64::from(unseen) / f64::from(seen.max(1)))
 }
