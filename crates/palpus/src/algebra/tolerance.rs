@@ -1743,9 +1743,44 @@ pub const TRANSIENT_SAMPLES: f64 = 5.0;
 /// value wastes force.
 pub const SATURATION_ROUNDING: f64 = 1e-15;
 
-/// If the work is limited and nothing touches, due pairs with bounds below this share of the
+/// If the work is limited and no contact presses, due pairs with bounds below this share of the
 /// tolerance are visited first. They stop the tool.
 pub const NEAR_DUE: f64 = 0.5;
+
+/// Number of expected motions up to which pairs are split before they are near.
+///
+/// With fewer, a fast landing leaves too little time. With more, the bodies have left the expected
+/// path before they touch.
+pub const PREPARED_TICKS: u32 = 32;
+
+/// In tolerances: pairs that are nearer than this at an expected pose are split before they are
+/// near.
+///
+/// With 1, a tool that is a little nearer to a wall than expected lands without preparation. With
+/// more, pairs are split in vain.
+pub const PREPARED_TOLERANCE: f64 = 1.5;
+
+/// In tolerances: the motion beyond the first leaf pair within the tolerance up to which pairs are
+/// split before they are near.
+///
+/// The first such pair may be far from the surfaces that will touch. Far inside the other body, no
+/// surfaces will touch.
+pub const PREPARED_DEPTH: f64 = 3.0;
+
+/// Least number of queries between two searches for pairs that will soon be near.
+///
+/// With fewer, slow bodies that are near each other are searched all the time. With more, a change
+/// of the motion is seen later.
+pub const PREPARED_PAUSE: u32 = 4;
+
+/// The search for pairs that will soon be near gets one part in this many of the work that is left.
+///
+/// The search reads memory that the processor's caches have lost, so its work takes several times
+/// as long. With 1, steps in free motion end late. With more, less is prepared.
+pub const PREPARED_WORK: u64 = 4;
+
+/// Relative to the places of the front: no pair is split before it is near if more places are used.
+pub const PREPARED_SHARE: f64 = 0.5;
 
 /// Number of due pairs whose cheapest bounds cost one unit of work.
 pub const WORK_BOUNDED: u64 = 4;

@@ -32,7 +32,8 @@
 //! The caller may limit the work of a query by a [`Quota`]. Due pairs get the first half of the
 //! quota, since their results are new. Awake pairs are then marched with a quarter of the rest, in
 //! turns from query to query; the stages after a march cost more than the march itself. Of what is
-//! left, more due pairs are visited (`limited`). Pairs that the query does not reach stay due until
+//! left, more due pairs are visited (`limited`). While nothing is near, pairs that will soon be
+//! near are split in advance (`prepare`). Pairs that the query does not reach stay due until
 //! the next query. [`Front::unseen_separation`] is a lower bound of the separation of these pairs,
 //! and the list of unvisited pairs contains the pairs with contacts.
 //!
@@ -53,6 +54,7 @@ mod merge;
 mod pair;
 mod path;
 mod point_bound;
+mod prepare;
 mod represented;
 mod rest;
 mod validate;
@@ -76,6 +78,7 @@ use idle::Idle;
 pub(crate) use idle::{IdleLimit, IdleReason, Pace};
 use pair::{NONE, Pair, State};
 use path::Paths;
+use prepare::Preparation;
 pub(crate) use represented::Represented;
 use rest::Rest;
 
@@ -127,6 +130,8 @@ pub struct Front {
     still_due: u32,
     /// Lower bound of the gaps of these pairs, if it was computed, model units.
     least_due: Option<f64>,
+    /// The search for pairs that will soon be near, in queries with limited work.
+    preparation: Preparation,
     /// Working memory of the query, for places that are then moved to `awake`.
     sorted: [Vec<u32>; 2],
     /// In this query, two halves may be merged if their wake values are at least this.
@@ -200,6 +205,7 @@ impl Front {
             late: 0,
             still_due: 0,
             least_due: None,
+            preparation: Preparation::NONE,
             sorted: [(); 2].map(|()| Vec::with_capacity(places)),
             merged_from: 0,
             rest_share: 0.0,
@@ -244,6 +250,9 @@ impl Front {
         self.move_on(query, &mut counters);
         self.follow_paths(query);
         self.part_represented();
+        if query.is_of_all() {
+            self.begin_preparation(self.awake.is_empty());
+        }
         self.begin_merges(query);
         let before = self.awake.len();
         // If no pair is awake, the due pairs get all of the quota.
@@ -374,6 +383,7 @@ impl Front {
         self.first_block = 0;
         self.was_full = false;
         (self.represented, self.is_mixed) = (0, false);
+        self.preparation = Preparation::NONE;
         self.occupy(0, self.nodes, NONE);
         // A pair with wake value 0 is due at any sum above 0.
         self.motion_bound.spend(0.0);

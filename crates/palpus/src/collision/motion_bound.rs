@@ -102,6 +102,24 @@ impl MotionBound {
         Some(moved)
     }
 
+    /// Returns the pose (a in b's frame) after `count` more motions like the last one, and an upper
+    /// bound of the motion to there, model units. `None` without a motion.
+    pub(super) fn expected(&self, count: u32) -> Option<(Placement, f64)> {
+        let ((before, moved), last) = (self.before.as_ref()?, self.last.as_ref()?);
+        if *moved == 0.0 {
+            return None;
+        }
+        let turn = last.rotation * before.rotation.transpose();
+        let shift = last.translation - turn * before.translation;
+        let pose = (0..count).fold(*last, |Placement { rotation, translation }, _| Placement {
+            rotation: turn * rotation,
+            translation: turn * translation + shift,
+        });
+        let motion = displacement(&self.box_a, last, &pose);
+        let motion = motion.min(displacement(&self.box_b, &last.inverse(), &pose.inverse()));
+        Some((pose, motion + MOTION_NOISE * (self.size + pose.translation.length())))
+    }
+
     /// Returns an upper bound of the last motion of a part of a against `normal` (in b's frame), as
     /// a share of the whole motion: 1 if the part moved straight against the normal, as far as any
     /// point, and 1 if no motion is known. The part lies within `radius` (model units) of `center`
@@ -256,5 +274,31 @@ mod tests {
         assert!(!motion_bound.spend(f64::NAN) && motion_bound.sum() == 0);
         assert!(!motion_bound.spend(f64::INFINITY));
         assert!(motion_bound.spend(0.0) && motion_bound.sum() > 0);
+    }
+
+    #[test]
+    fn expected_pose_repeats_the_last_motion() {
+        let mut random = Random::new(SEED);
+        for case in 0..100 {
+            let (box_a, box_b) = (some_box(&mut random), some_box(&mut random));
+            let mut motion_bound = MotionBound::new(box_a, box_b);
+            let first = Pose::new(random.rotation(), random.vector() * 3.0);
+            let step = Pose::new(DQuat::from_scaled_axis(random.vector() * 0.1), random.vector() * 0.1);
+            motion_bound.advance(&first.placement());
+            assert!(motion_bound.expected(1).is_none(), "seed {SEED:#x}, case {case}");
+            let last = step * first;
+            motion_bound.advance(&last.placement());
+            let (pose, motion) = motion_bound.expected(3).unwrap();
+            let repeated = (step * step * step * last).placement();
+            let off = displacement(&box_a, &pose, &repeated);
+            assert!(off < 1e-12, "seed {SEED:#x}, case {case}: {off}");
+            assert_eq!(
+                motion_bound.advance(&pose).map(|moved| moved <= motion),
+                Some(true),
+                "seed {SEED:#x}, case {case}"
+            );
+            motion_bound.advance(&pose);
+            assert!(motion_bound.expected(1).is_none(), "seed {SEED:#x}, case {case}: no motion");
+        }
     }
 }

@@ -103,6 +103,12 @@ impl WakeBoard {
         due.map(|(_, block)| block.iter().filter(below).count() as u32).sum()
     }
 
+    /// Returns the least value that is not below `sum`, in the first `blocks` blocks.
+    pub(super) fn least_from(&self, blocks: usize, sum: u64) -> u64 {
+        let values = self.values[..blocks * BLOCK].iter().copied();
+        values.filter(|&value| value >= sum).min().unwrap_or(NEVER)
+    }
+
     /// Returns a lower bound of the values in the first `blocks` blocks.
     pub(super) fn least(&self, blocks: usize) -> u64 {
         self.least[..blocks].iter().copied().fold(NEVER, u64::min)
@@ -142,6 +148,8 @@ mod tests {
                 }
                 block = next;
             }
+            let next = model.iter().copied().filter(|&value| value >= round + 30).min().unwrap_or(NEVER);
+            assert_eq!(board.least_from(blocks, round + 30), next, "seed {SEED:#x}, round {round}");
             let expected = board.least(places.div_ceil(BLOCK)) >= round && model.iter().all(|&value| value >= round);
             assert!(expected, "seed {SEED:#x}, round {round}: {found:?}");
         }

@@ -48,6 +48,8 @@ pub(super) enum Task {
     GoOn,
     /// Bounds of the pairs that are still due.
     Bound,
+    /// Splits of pairs that will soon be near.
+    Prepare,
     /// The contacts of these leaf pairs.
     Answer,
 }
@@ -87,6 +89,9 @@ impl Job for Part {
             Task::Bound => {
                 let quota = self.work.all();
                 search.front.bound_due(&input.placed(), &quota, &mut search.leaves, &mut counters.traversal);
+            }
+            Task::Prepare => {
+                search.front.prepare(&input.placed(), &self.work.all(), &mut counters.traversal);
             }
             Task::Answer => {
                 let before = self.work.spent();

@@ -267,7 +267,7 @@ impl Front {
     }
 
     /// Puts both halves of a pair onto the stack; returns false if there is no room for them.
-    fn split(&mut self, query: &PlacedPair<'_>, place: u32) -> bool {
+    pub(super) fn split(&mut self, query: &PlacedPair<'_>, place: u32) -> bool {
         let Pair { a, b, .. } = self.pairs[place as usize];
         let Some(halves) = query.halves([a, b]) else { return false };
         let Some(first) = self.take_places() else { return false };

@@ -5,21 +5,21 @@ use super::super::wakes::NEVER;
 use super::{Front, NONE, Pair, PlacedPair, State};
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
 
-/// Returns the clearance that both halves need before they are merged, model units.
-fn clearance(query: &PlacedPair<'_>) -> f64 {
-    MERGE_CLEARANCE * query.tolerance
-}
-
 impl Front {
+    /// Returns the clearance that both halves need before they are merged, model units.
+    fn merge_clearance(&self, query: &PlacedPair<'_>) -> f64 {
+        MERGE_CLEARANCE * query.tolerance + self.preparation.reach
+    }
+
     /// Computes the wake value that both halves need before they are merged in this query.
     pub(super) fn begin_merges(&mut self, query: &PlacedPair<'_>) {
-        self.merged_from = self.motion_bound.due(clearance(query));
+        self.merged_from = self.motion_bound.due(self.merge_clearance(query));
     }
 
     /// Does step 4: merges the half at `place` with the other half, if both wait for a long motion
     /// and the whole pair is far enough apart. Repeats this for the merged pair.
     pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
-        let (long, until) = (clearance(query), self.merged_from);
+        let (long, until) = (self.merge_clearance(query), self.merged_from);
         while self.wakes.get(place) >= until && self.waits_until(place ^ 1, until) {
             let parent = self.pairs[place as usize].parent;
             if parent == NONE {

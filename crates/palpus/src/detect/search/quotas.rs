@@ -6,15 +6,16 @@
 //!    parts; then half of what they leave, and so on. Without this, a tool that is lifted off would
 //!    be held at surfaces that are not examined yet, although there is work left.
 //!
-//!    If the last query had no contacts, the first of these rounds computes the cheapest bounds of
-//!    all due pairs, beyond the quota, and visits those that are nearest. A tool that nothing
-//!    touches may only move as far as due pairs allow.
-//! 3. The rest is for the answers. Each part gets a share by the number of its leaf pairs.
+//!    If no contact of the last query pressed, the first of these rounds computes the cheapest
+//!    bounds of all due pairs, beyond the quota, and visits those that are nearest. A tool that
+//!    nothing presses may only move as far as due pairs allow.
+//! 3. If nothing is near, a share of what is left is for pairs that will soon be near.
+//! 4. The rest is for the answers. Each part gets a share by the number of its leaf pairs.
 //!
 //! The division depends on counts of work only, so it is the same for any number of threads.
 
-use super::{Part, Search, Task};
-use crate::algebra::tolerance::{DUE_ROUNDS, WORK_ANSWER};
+use super::{Part, PartSearch, Search, Task};
+use crate::algebra::tolerance::{DUE_ROUNDS, PREPARED_WORK, WORK_ANSWER};
 use crate::algebra::{Quota, Work};
 
 /// The progress of one part in the query, or the sums over all parts.
@@ -25,6 +26,8 @@ struct Progress {
     due: u64,
     /// Number of leaf pairs that were found.
     leaves: u64,
+    /// Number of parts that could split pairs that will soon be near.
+    preparing: u64,
 }
 
 impl Search {
@@ -41,7 +44,7 @@ impl Search {
     pub(super) fn visit_due(&mut self, quota: &Quota<'_>) {
         let Some(all) = quota.left() else { return self.parts.each(|part| part.task = Task::Answer) };
         let mut progress = self.progress();
-        let is_free = self.contacts.is_empty();
+        let is_free = !self.pressing;
         for round in 0..DUE_ROUNDS {
             let half = all.saturating_sub(progress.spent + progress.leaves * self.answer_cost) / 2;
             let task = if round == 0 && is_free { Task::Bound } else { Task::GoOn };
@@ -50,6 +53,13 @@ impl Search {
             }
             let total = progress.due;
             self.limit(task, |part| divided(half, part.due, total));
+            self.round();
+            progress = self.progress();
+        }
+        let is_apart = self.contacts.is_empty() && progress.leaves + progress.due == 0;
+        if is_apart && progress.preparing > 0 {
+            let (left, parts) = (all.saturating_sub(progress.spent) / PREPARED_WORK, progress.preparing);
+            self.limit(Task::Prepare, |part| divided(left, part.preparing, parts));
             self.round();
             progress = self.progress();
         }
@@ -72,8 +82,11 @@ impl Search {
     fn progress(&self) -> Progress {
         let mut all = Progress::default();
         self.parts.each(|part| {
-            let Progress { spent, due, leaves } = Progress::of(part);
-            all = Progress { spent: all.spent + spent, due: all.due + due, leaves: all.leaves + leaves };
+            let Progress { spent, due, leaves, preparing } = Progress::of(part);
+            all.spent += spent;
+            all.due += due;
+            all.leaves += leaves;
+            all.preparing += preparing;
         });
         all
     }
@@ -90,8 +103,13 @@ impl Search {
 
 impl Progress {
     fn of(part: &Part) -> Self {
-        let leaves = part.search.leaves.as_slice().len() as u64;
-        Self { spent: part.work.spent(), due: u64::from(part.search.front.still_due()), leaves }
+        let PartSearch { front, leaves, .. } = &part.search;
+        Self {
+            spent: part.work.spent(),
+            due: u64::from(front.still_due()),
+            leaves: leaves.as_slice().len() as u64,
+            preparing: u64::from(front.is_preparing()),
+        }
     }
 }
 
