@@ -251,7 +251,7 @@ impl Front {
         self.follow_paths(query);
         self.part_represented();
         if query.is_of_all() {
-            self.begin_preparation(self.awake.is_empty());
+            self.begin_preparation();
         }
         self.begin_merges(query);
         let before = self.awake.len();

@@ -232,12 +232,9 @@ impl Search {
     /// size of the sample is set before these pairs are measured: if a flat face lands on another,
     /// a thousand pairs begin to touch in one query.
     fn begin_answers(&mut self, input: &QueryInput<'_>) {
-        let (mut restarted, mut within, mut due) = (false, 0, 0);
-        self.parts.each(|part| {
-            restarted |= part.counters.traversal.restarted > 0;
-            within += part.search.within();
-            due += part.search.front.still_due();
-        });
+        let mut restarted = false;
+        self.parts.each(|part| restarted |= part.counters.traversal.restarted > 0);
+        let [within, due] = self.within_and_due();
         if restarted {
             (self.touching, self.within, self.pressing) = (0, 0, false);
         }
@@ -310,12 +307,19 @@ impl Search {
     /// others: due pairs, and `unseen` of the leaf pairs that were found. `touching` of the others
     /// have a contact.
     fn expected_touching(&self, touching: u32, unseen: u32) -> f64 {
-        let (mut within, mut due) = (0, 0);
+        let [within, due] = self.within_and_due();
+        expected(touching, within.saturating_sub(unseen), unseen + due)
+    }
+
+    /// Returns the number of leaf pairs within the tolerance that were found, and the number of due
+    /// pairs that were not visited.
+    fn within_and_due(&self) -> [u32; 2] {
+        let [mut within, mut due] = [0; 2];
         self.parts.each(|part| {
             within += part.search.within();
             due += part.search.front.still_due();
         });
-        expected(touching, within.saturating_sub(unseen), unseen + due)
+        [within, due]
     }
 
     /// Sets how long pairs rest, and the size of the sample, by the number of touching pairs. The

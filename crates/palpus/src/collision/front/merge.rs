@@ -6,7 +6,8 @@ use super::{Front, NONE, Pair, PlacedPair, State};
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
 
 impl Front {
-    /// Returns the clearance that both halves need before they are merged, model units.
+    /// Returns the clearance that both halves need before they are merged, model units. Pairs that
+    /// were split because they will soon be near stay split until then.
     fn merge_clearance(&self, query: &PlacedPair<'_>) -> f64 {
         MERGE_CLEARANCE * query.tolerance + self.preparation.reach
     }

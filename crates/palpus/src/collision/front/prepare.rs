@@ -54,8 +54,9 @@ impl Preparation {
 
 impl Front {
     /// Begins the preparation of a query: the bodies have moved on to the pose of the search.
-    pub(super) fn begin_preparation(&mut self, is_free: bool) {
-        if !is_free {
+    /// Nothing is prepared while pairs are awake.
+    pub(super) fn begin_preparation(&mut self) {
+        if !self.awake.is_empty() {
             self.preparation = Preparation::NONE;
             return;
         }

@@ -44,10 +44,9 @@ impl Search {
     pub(super) fn visit_due(&mut self, quota: &Quota<'_>) {
         let Some(all) = quota.left() else { return self.parts.each(|part| part.task = Task::Answer) };
         let mut progress = self.progress();
-        let is_free = !self.pressing;
         for round in 0..DUE_ROUNDS {
             let half = all.saturating_sub(progress.spent + progress.leaves * self.answer_cost) / 2;
-            let task = if round == 0 && is_free { Task::Bound } else { Task::GoOn };
+            let task = if round == 0 && !self.pressing { Task::Bound } else { Task::GoOn };
             if progress.due == 0 || half == 0 && matches!(task, Task::GoOn) {
                 break;
             }
