@@ -46,13 +46,24 @@ impl PartSearch {
         }
     }
 
-    /// Extrapolates the contacts of the pairs that were not marched.
+    /// Extrapolates the contacts of the pairs that were not marched. Pairs at rest whose contacts
+    /// press harder than nearly all others are measured in the next query.
     pub(super) fn hold_unvisited(&mut self, input: &QueryInput<'_>, counters: &mut QueryCounters) {
         let [late, all] = self.front.unvisited();
+        // Without work for more measurements, rests must not end early.
+        let is_in_time = late == 0 && self.front.still_due() == 0;
         for k in 0..all {
             let (place, pieces) = self.front.unvisited_pair(k);
+            let known = self.contacts.len();
             match self.hold(input, place, pieces, 0) {
-                Some(held) => counters.held += if k < late { held } else { 0 },
+                Some(held) if k < late => counters.held += held,
+                Some(_) => {
+                    let range = input.range();
+                    let mut held = self.contacts[known..].iter();
+                    if is_in_time && held.any(|contact| self.sample.is_outlier(contact, &range)) {
+                        self.front.measure_again(place);
+                    }
+                }
                 None => {
                     debug_assert!(k < late, "a resting pair has stored contacts");
                     counters.unseen += 1;

@@ -257,7 +257,7 @@ impl PartSearch {
             }
             if k >= sampled {
                 if k == sampled && self.sample.is_blank() {
-                    self.sample.keep(&self.contacts, input.tolerance);
+                    self.sample.keep(&self.contacts, input.tolerance, rests);
                 }
                 if let Some((bound, separation)) = self.representation(input, leaf) {
                     self.front.represent(&input.placed(), leaf, &bound, separation);

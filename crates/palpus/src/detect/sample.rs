@@ -22,6 +22,9 @@
 //! 5. *Few contacts*: as soon as only a few pairs touch, all of them are measured, while the share
 //!    still grows. If the sample has only a few contacts, as in an impact of spinning bodies, they
 //!    do not stand for pairs that are nearer than all of them ([`Sample::floor`]).
+//! 6. *Outliers*: contacts of pairs at rest are extrapolated, and may have moved past the ends of
+//!    their faces. The force follows the hardest contact of each direction, so a contact at rest
+//!    that presses harder than nearly all others is measured again ([`Sample::is_outlier`]).
 
 mod loads;
 
@@ -32,8 +35,8 @@ use glam::DVec3;
 use self::loads::Loads;
 use super::Contact;
 use crate::algebra::tolerance::{
-    FLOOR_RISE, SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LARGE, SAMPLE_LEAST, SAMPLE_MOST,
-    SAMPLE_PACE, SAMPLE_PAIRS,
+    FLOOR_RISE, REST_HARDEST, REST_OUTLIER, SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LARGE,
+    SAMPLE_LEAST, SAMPLE_MOST, SAMPLE_PACE, SAMPLE_PAIRS,
 };
 use crate::body::{Body, NodeKind};
 
@@ -51,7 +54,7 @@ pub(super) struct Sample {
     floor: Floor,
     /// The engagements in `loads` and `others` are relative to this separation, model units.
     tolerance: f64,
-    /// The contacts of the sample, as of the last query.
+    /// The contacts of the sample, as of the last query. None if few pairs touch.
     loads: Loads,
     /// The contacts of other pairs.
     others: Loads,
@@ -212,12 +215,13 @@ impl Sample {
         }
     }
 
-    /// Stores the contacts with which other pairs are compared; none if all pairs are measured.
-    pub(super) fn keep(&mut self, contacts: &[Contact], tolerance: f64) {
+    /// Stores the contacts with which other pairs are compared; none if all pairs are measured
+    /// (`rests` is false).
+    pub(super) fn keep(&mut self, contacts: &[Contact], tolerance: f64, rests: bool) {
         self.tolerance = tolerance;
         self.loads.clear();
         self.others.clear();
-        if !self.is_partial() {
+        if !self.is_partial() && !rests {
             return;
         }
         for contact in contacts.iter().filter(|contact| contact.separation < tolerance) {
@@ -226,6 +230,16 @@ impl Sample {
             let list = if self.weight(pieces) > 0.0 { &mut self.loads } else { &mut self.others };
             list.push(normal, count.min(1.0) * (tolerance - separation), pieces);
         }
+    }
+
+    /// Step 6: returns true if the contact presses clearly harder along its normal than all but a
+    /// few contacts of other pairs.
+    pub(super) fn is_outlier(&self, contact: &Contact, range: &Range) -> bool {
+        let pieces = [contact.piece_a, contact.piece_b];
+        let engagement = contact.count.min(1.0) * (range.tolerance - contact.separation);
+        let as_hard = engagement - REST_OUTLIER / (1.0 + REST_OUTLIER) * range.pressing(engagement);
+        let count = |loads: &Loads| loads.count_from(as_hard, contact.normal, REST_HARDEST, |other| other != pieces);
+        count(&self.loads) + count(&self.others) < REST_HARDEST
     }
 
     /// Returns by how much the contact presses harder than the sample, 0 to 1.
@@ -382,7 +396,7 @@ mod tests {
         sample.set_touching(1e4, true);
         let range = Range { tolerance: 2.0, offset: 1.0 };
         let has_receded = path.iter().map(|&separation| {
-            sample.keep(&vec![contact(separation); contacts], range.tolerance);
+            sample.keep(&vec![contact(separation); contacts], range.tolerance, false);
             sample.set_floor(separation, &range);
             sample.has_receded()
         });
@@ -404,7 +418,7 @@ mod tests {
         sample.set_touching(1e4, true);
         let range = Range { tolerance: 2.0, offset: 1.0 };
         for (count, floor) in [(1, 0.5), (SAMPLE_LARGE, f64::NEG_INFINITY)] {
-            sample.keep(&vec![contact(0.5); count], range.tolerance);
+            sample.keep(&vec![contact(0.5); count], range.tolerance, false);
             sample.set_floor(0.5, &range);
             assert_eq!(sample.floor(), floor);
         }
@@ -418,7 +432,7 @@ mod tests {
         let body = body();
         let mut sample = Sample::new(&body, &body);
         sample.set_touching(1e4, true);
-        sample.keep(&[contact(0.5)], 2.0);
+        sample.keep(&[contact(0.5)], 2.0, false);
         for tolerance in [2.0, 1.6, 1.1, 3.0] {
             sample.set_tolerance(tolerance);
             let least = tolerance - sample.stands_for(DVec3::Z, [1, 1], &Range { tolerance, offset: 1.0 });
@@ -429,6 +443,30 @@ mod tests {
         sample.set_tolerance(0.4);
         let range = Range { tolerance: 0.4, offset: 0.4 };
         assert!(sample.stands_for(DVec3::Z, [1, 1], &range) < 2.0 * SAMPLE_LEAST * range.offset);
+    }
+
+    #[test]
+    fn contact_at_rest_that_presses_hardest_is_an_outlier() {
+        let body = body();
+        let mut sample = Sample::new(&body, &body);
+        let range = Range { tolerance: 2.0, offset: 1.0 };
+        let others = [1, 2].map(|piece_a| Contact { piece_a, ..contact(0.5) });
+        // Two others press as hard as the contact, or nearly. What is stored of the contact itself
+        // does not matter.
+        sample.keep(&[contact(0.0), others[0], others[1]], range.tolerance, true);
+        let margin = REST_OUTLIER * 0.5;
+        for (separation, normal, is_outlier) in [
+            (0.5 - 1.1 * margin, DVec3::Z, true),
+            (0.5 - 0.9 * margin, DVec3::Z, false),
+            (0.6, DVec3::Z, false),
+            (0.6, DVec3::X, true),
+        ] {
+            let extrapolated = Contact { normal, ..contact(separation) };
+            assert_eq!(sample.is_outlier(&extrapolated, &range), is_outlier, "{extrapolated:?}");
+        }
+        // One other may have moved past the end of its face, too.
+        sample.keep(&others[..1], range.tolerance, true);
+        assert!(sample.is_outlier(&contact(0.5), &range));
     }
 
     #[test]

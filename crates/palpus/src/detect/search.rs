@@ -156,7 +156,7 @@ impl Search {
         self.round();
         let (rejected, touching) = self.join(quota, &mut counters);
         self.learn_answer_cost();
-        self.sample.keep(&self.contacts, input.tolerance);
+        self.sample.keep(&self.contacts, input.tolerance, self.rest_share > 0.0);
         let deepest = self.contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
         self.sample.set_floor(deepest, &input.range());
         self.pressing = deepest < input.range().offset;

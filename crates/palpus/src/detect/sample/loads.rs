@@ -67,6 +67,29 @@ impl Loads {
         }
     }
 
+    /// Returns the number of contacts with at least this `engagement` (model units) along `normal`,
+    /// of those that `counts` accepts. Stops at `enough`: most contacts have many others that press
+    /// as hard.
+    pub(super) fn count_from(
+        &self,
+        engagement: f64,
+        normal: DVec3,
+        enough: u32,
+        counts: impl Fn([u32; 2]) -> bool,
+    ) -> u32 {
+        let mut number = 0;
+        for four in &self.fours {
+            let alike = four.normals.alike(normal);
+            for ((alike, load), &pieces) in alike.iter().zip(&four.engagements).zip(&four.pieces) {
+                number += u32::from(alike * load >= engagement && counts(pieces));
+            }
+            if number >= enough {
+                break;
+            }
+        }
+        number
+    }
+
     /// Returns the largest engagement along `normal` of the contacts that `counts` accepts, with
     /// the kernel of [`crate::force::LoadSharing`].
     #[inline]
