@@ -215,8 +215,8 @@ impl Sample {
         }
     }
 
-    /// Stores the contacts with which other pairs are compared; none if all pairs are measured
-    /// (`rests` is false).
+    /// Stores the contacts with which other pairs are compared. Stores none if the sample has all
+    /// pairs and no pair `rests`.
     pub(super) fn keep(&mut self, contacts: &[Contact], tolerance: f64, rests: bool) {
         self.tolerance = tolerance;
         self.loads.clear();
