@@ -61,7 +61,7 @@ impl PartSearch {
                     let range = input.range();
                     let mut held = self.contacts[known..].iter();
                     if is_in_time && held.any(|contact| self.sample.is_outlier(contact, &range)) {
-                        self.front.measure_again(place);
+                        self.front.end_rest(place, pieces);
                     }
                 }
                 None => {

@@ -237,6 +237,7 @@ impl Sample {
     pub(super) fn is_outlier(&self, contact: &Contact, range: &Range) -> bool {
         let pieces = [contact.piece_a, contact.piece_b];
         let engagement = contact.count.min(1.0) * (range.tolerance - contact.separation);
+        // The contact presses harder than this by the share of `REST_OUTLIER`.
         let as_hard = engagement - REST_OUTLIER / (1.0 + REST_OUTLIER) * range.pressing(engagement);
         let count = |loads: &Loads| loads.count_from(as_hard, contact.normal, REST_HARDEST, |other| other != pieces);
         count(&self.loads) + count(&self.others) < REST_HARDEST

@@ -46,8 +46,9 @@ impl Front {
         rest.since >= self.rests_from && self.motion_bound.since(rest.since) < length
     }
 
-    /// Ends the rest of the pair at `place`, because the pair is measured.
-    pub(super) fn end_rest(&mut self, place: u32, pieces: [u32; 2]) {
+    /// Ends the rest of the pair of pieces at `place`: the pair is measured now, or in the next
+    /// query.
+    pub(crate) fn end_rest(&mut self, place: u32, pieces: [u32; 2]) {
         let rest = &mut self.rests[place as usize];
         rest.length = 0.0;
         if rest.pieces != pieces {
@@ -71,11 +72,6 @@ impl Front {
             let (since, length) = (self.motion_bound.sum(), (share * length) as f32);
             self.rests[place as usize] = Rest { since, length, ..self.rests[place as usize] };
         }
-    }
-
-    /// Ends the rest of the pair at `place`. The next query measures the pair.
-    pub(crate) fn measure_again(&mut self, place: u32) {
-        self.rests[place as usize].length = 0.0;
     }
 
     /// Ends all rests, because the results are no longer stored.

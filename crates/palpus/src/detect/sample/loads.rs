@@ -67,9 +67,8 @@ impl Loads {
         }
     }
 
-    /// Returns the number of contacts with at least this `engagement` (model units) along `normal`,
-    /// of those that `counts` accepts. Stops at `enough`: most contacts have many others that press
-    /// as hard.
+    /// Returns how many contacts that `counts` accepts have at least this `engagement` (model units)
+    /// along `normal`. Stops at `enough`, because many others press as hard as most contacts do.
     pub(super) fn count_from(
         &self,
         engagement: f64,
