@@ -1,6 +1,6 @@
 //! Rigid placements, spatial vectors and matrices, planes, closest points, interfaces to the
-//! caller's clock and workers, seeded random numbers, quantiles, tables of cached values for pairs,
-//! and all tolerances.
+//! caller's clock and workers, seeded random and evenly spread numbers, quantiles, tables of cached
+//! values for pairs, and all tolerances.
 
 mod clock;
 mod closest;
@@ -15,6 +15,7 @@ mod rounds;
 mod sets;
 mod spatial;
 mod spatial_matrix;
+mod spread;
 mod symmetric;
 pub mod tolerance;
 mod work;
@@ -35,6 +36,7 @@ pub(crate) use rounds::{Job, Rounds};
 pub(crate) use sets::representative;
 pub use spatial::{Twist, Wrench};
 pub use spatial_matrix::{SpatialInverse, SpatialMatrix};
+pub(crate) use spread::spread;
 pub use symmetric::eigen;
 pub use work::{Quota, Work};
 pub use workers::{Alone, Workers, both, map_in_order};

@@ -4,14 +4,16 @@
 //! push in the same direction share one stiffness, so their wrench is a mean over contacts
 //! ([`crate::force::LoadSharing`]). A mean over an even sample is nearly the same, and costs less.
 //!
-//! 1. *Rank*: the pieces of the smaller body are ranked once. Pieces with ranks below any limit are
-//!    spread evenly over the surface and its directions. For this, the leaves of the hierarchy are
+//! 1. *Rank*: each pair of pieces has a rank, 0 to 1. Pairs with ranks below any limit are spread
+//!    evenly over both surfaces and their directions. For this, the leaves of each hierarchy are
 //!    sorted by the side to which they face. Neighbours stay together. The rank is the bit-reversed
-//!    place in this order.
-//! 2. *Share*: a pair belongs to the sample if the rank of its piece is below the share. The share
-//!    follows from the number of touching pairs. While a contact presses, the share changes slowly,
-//!    but the sample never exceeds [`SAMPLE_MOST`] pairs. Up to [`SAMPLE_PAIRS`] pairs, all pairs
-//!    belong to the sample.
+//!    place of the smaller body's piece in this order, plus the golden ratio times the place of the
+//!    other piece, without its integer part. If the rank depended on one piece only, a few pieces
+//!    with all their pairs would be the sample.
+//! 2. *Share*: a pair belongs to the sample if its rank is below the share. The share follows from
+//!    the number of touching pairs. While a contact presses, the share changes slowly, but the
+//!    sample never exceeds [`SAMPLE_MOST`] pairs. Up to [`SAMPLE_PAIRS`] pairs, all pairs belong to
+//!    the sample.
 //! 3. *Weight*: contacts with a rank near the share count less, so that they come and go gradually.
 //! 4. *Represented pairs*: any other pair is only bounded. While it presses no harder than the
 //!    sampled contacts of its direction, it is not measured ([`crate::collision::Represented`]). If
@@ -34,6 +36,7 @@ use glam::DVec3;
 
 use self::loads::Loads;
 use super::Contact;
+use crate::algebra::spread;
 use crate::algebra::tolerance::{
     FLOOR_RISE, REST_HARDEST, REST_OUTLIER, SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LARGE,
     SAMPLE_LEAST, SAMPLE_MOST, SAMPLE_PACE, SAMPLE_PAIRS,
@@ -43,10 +46,8 @@ use crate::body::{Body, NodeKind};
 /// Decides which pairs are measured, and how much their contacts count.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
-    /// Rank of each piece of one body, 0 to 1.
-    ranks: Arc<[f32]>,
-    of_a: bool,
-    /// Pieces with a rank below this belong to the sample. With [`Self::ALL`], all pieces belong to
+    ranks: Ranks,
+    /// Pairs with a rank below this belong to the sample. With [`Self::ALL`], all pairs belong to
     /// it and have full weight.
     share: f64,
     /// True if so many pairs touch that pairs outside the sample are only bounded.
@@ -61,16 +62,13 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// The value of `share` at which all pieces belong to the sample with full weight.
+    /// The value of `share` at which all pairs belong to the sample with full weight.
     const ALL: f64 = 1.0 / (1.0 - SAMPLE_FADE);
 
     /// Returns a sample for two bodies. At first, all pairs belong to the sample.
     pub(super) fn new(a: &Body, b: &Body) -> Self {
-        let of_a = a.size() <= b.size();
-        let ranks = ranks(if of_a { a } else { b });
         Self {
-            ranks,
-            of_a,
+            ranks: Ranks::new(a, b),
             share: Self::ALL,
             represents: false,
             floor: Floor::NONE,
@@ -165,9 +163,7 @@ impl Sample {
 
     /// Step 3: returns the weight of the contacts of these pieces, 0 to 1.
     pub(super) fn weight(&self, pieces: [u32; 2]) -> f64 {
-        let piece = pieces[usize::from(!self.of_a)];
-        let rank = f64::from(self.ranks[piece as usize]);
-        ((self.share - rank) / (SAMPLE_FADE * self.share)).clamp(0.0, 1.0)
+        ((self.share - self.ranks.of(pieces)) / (SAMPLE_FADE * self.share)).clamp(0.0, 1.0)
     }
 
     /// Step 4: returns the largest engagement (model units) along `normal` up to which contacts of
@@ -289,8 +285,32 @@ impl Range {
     }
 }
 
-/// Step 1: returns the rank of each piece.
-fn ranks(body: &Body) -> Arc<[f32]> {
+/// The ranks of step 1.
+#[derive(Clone, Debug)]
+struct Ranks {
+    /// For each piece of a and of b, its part of the rank of a pair.
+    parts: [Arc<[f32]>; 2],
+}
+
+impl Ranks {
+    fn new(a: &Body, b: &Body) -> Self {
+        let reversed = |place: u32| f64::from(place.reverse_bits()) / 2f64.powi(32);
+        let parts = match a.size() <= b.size() {
+            true => [by_place(a, reversed), by_place(b, spread)],
+            false => [by_place(a, spread), by_place(b, reversed)],
+        };
+        Self { parts }
+    }
+
+    /// Returns the rank of a pair of pieces, 0 to 1.
+    fn of(&self, [piece_a, piece_b]: [u32; 2]) -> f64 {
+        let [of_a, of_b] = &self.parts;
+        (f64::from(of_a[piece_a as usize]) + f64::from(of_b[piece_b as usize])).fract()
+    }
+}
+
+/// Returns `value` of each piece's place in the order of step 1.
+fn by_place(body: &Body, value: impl Fn(u32) -> f64) -> Arc<[f32]> {
     let hierarchy = body.hierarchy();
     let mut order = Vec::with_capacity(body.polytopes().len());
     let mut stack = vec![hierarchy.root()];
@@ -301,11 +321,11 @@ fn ranks(body: &Body) -> Arc<[f32]> {
         }
     }
     order.sort_by_key(|&piece| side(body.admissible_normals(piece).cap().axis));
-    let mut ranks = vec![0.0; order.len()];
+    let mut values = vec![0.0; order.len()];
     for (place, piece) in order.into_iter().enumerate() {
-        ranks[piece as usize] = (f64::from((place as u32).reverse_bits()) / 2f64.powi(32)) as f32;
+        values[piece as usize] = value(place as u32) as f32;
     }
-    ranks.into()
+    values.into()
 }
 
 /// Returns the side of a cube, 0 to 5, to which a direction points.
@@ -471,17 +491,22 @@ mod tests {
     }
 
     #[test]
-    fn the_first_ranks_are_spread_over_all_pieces() {
+    fn the_first_ranks_are_spread_over_all_pairs() {
         let body = body();
-        let ranks = ranks(&body);
-        // Forty tetrahedra lie in a row. Each is near a piece with a rank in the lowest quarter.
-        let centers: Vec<f64> = (0..ranks.len())
-            .filter(|&piece| ranks[piece] < 0.25)
-            .map(|piece| body.polytopes()[piece].centroid().x)
-            .collect();
-        let farthest = (0..40)
-            .map(|k| centers.iter().map(|x| (x - f64::from(k)).abs()).fold(f64::INFINITY, f64::min))
-            .fold(0.0, f64::max);
-        assert!(farthest < 8.0, "{farthest}");
+        let ranks = Ranks::new(&body, &body);
+        let count = body.polytopes().len() as u32;
+        // Forty tetrahedra lie in a row, and each consists of one or more pieces. In each of these
+        // rows of pairs, every tetrahedron is near a pair with a rank in the lowest quarter.
+        let rows: [&dyn Fn(u32) -> [u32; 2]; 4] = [&|k| [k, 0], &|k| [k, 7], &|k| [11, k], &|k| [k, k]];
+        for (row, pair) in rows.iter().enumerate() {
+            let centers: Vec<f64> = (0..count)
+                .filter(|&k| ranks.of(pair(k)) < 0.25)
+                .map(|k| body.polytopes()[k as usize].centroid().x)
+                .collect();
+            let farthest = (0..40)
+                .map(|k| centers.iter().map(|x| (x - f64::from(k)).abs()).fold(f64::INFINITY, f64::min))
+                .fold(0.0, f64::max);
+            assert!(farthest < 8.0, "row {row}: {farthest}");
+        }
     }
 }

@@ -21,12 +21,11 @@
 
 use super::super::motion_bound::BoxImage;
 use super::super::wakes::NEVER;
-use super::rest::GOLDEN;
 use super::{Front, PlacedPair, State};
-use crate::algebra::Placement;
 use crate::algebra::tolerance::{
     GUARD_THICK, MOTION_NOISE, PATH_GAIN, PATH_LENGTH, PATH_PAIRS, PATH_ROOM, PATH_ROUNDING, REST_SPREAD,
 };
+use crate::algebra::{Placement, spread};
 use crate::body::OrientedBox;
 
 /// Number of paths: enough for one in each step, which lasts for [`PATH_LENGTH`] steps. If all are
@@ -260,8 +259,8 @@ impl Front {
         if f64::from(thickness) * PATH_LENGTH < GUARD_THICK * path.length {
             return;
         }
-        let spread = 1.0 - REST_SPREAD * (f64::from(place) * GOLDEN).fract();
-        let wake = self.motion_bound.due(spread * path.length);
+        let share = 1.0 - REST_SPREAD * spread(place);
+        let wake = self.motion_bound.due(share * path.length);
         let path = &mut self.paths.paths[self.paths.newest];
         path.places.push(place);
         path.wakes.push(wake);

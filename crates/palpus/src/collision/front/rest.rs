@@ -8,11 +8,9 @@
 //! The caller also decides how long pairs rest: see [`Front::set_rest_share`].
 
 use super::Front;
+use crate::algebra::spread;
 use crate::algebra::tolerance::REST_SPREAD;
 use crate::collision::LeafPair;
-
-/// The fractional parts of multiples of the golden ratio are evenly distributed.
-pub(super) const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// The last result of the pair at a place.
 #[derive(Clone, Copy, Debug)]
@@ -68,10 +66,15 @@ impl Front {
     /// are not all due in the same query.
     pub(crate) fn rest(&mut self, pair: &LeafPair, length: f64) {
         if let Some(place) = pair.place {
-            let share = 1.0 - REST_SPREAD * (f64::from(place) * GOLDEN).fract();
+            let share = 1.0 - REST_SPREAD * spread(place);
             let (since, length) = (self.motion_bound.sum(), (share * length) as f32);
             self.rests[place as usize] = Rest { since, length, ..self.rests[place as usize] };
         }
+    }
+
+    /// Ends the rest of the pair at `place`. The next query measures the pair.
+    pub(crate) fn measure_again(&mut self, place: u32) {
+        self.rests[place as usize].length = 0.0;
     }
 
     /// Ends all rests, because the results are no longer stored.
