@@ -72,11 +72,6 @@ impl Front {
         }
     }
 
-    /// Ends the rest of the pair at `place`. The next query measures the pair.
-    pub(crate) fn measure_again(&mut self, place: u32) {
-        self.rests[place as usize].length = 0.0;
-    }
-
     /// Ends all rests, because the results are no longer stored.
     pub(crate) fn end_rests(&mut self) {
         self.rests_from = self.motion_bound.sum() + 1;
