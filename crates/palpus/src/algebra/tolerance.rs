@@ -1682,15 +1682,15 @@ pub const REACH_GROWTH: f64 = 2.0;
 /// not shrink and grow in every step.
 pub const REACH_FADE: f64 = 0.9;
 
-/// Factor by which the look-ahead distance of contacts shrinks in a step whose query could not
-/// examine everything within this distance.
+/// Factor by which the look-ahead distance of a body in contact shrinks in a step whose query could
+/// not examine everything within this distance.
 ///
 /// Fewer pairs are within a shorter distance. With a larger value, more steps in a row are cut, and
 /// the tool only creeps in each. With a smaller one, the tool stays behind a fast hand for longer.
 pub const REACH_CUT: f64 = 0.5;
 
-/// Factor by which the look-ahead distance of contacts may grow in each step after a query that
-/// could not examine everything.
+/// Factor by which the look-ahead distance of a body in contact may grow in each step after a query
+/// that could not examine everything.
 ///
 /// With a larger value, the next query is cut sooner. With a smaller one, the tool stays behind a
 /// fast hand for longer.

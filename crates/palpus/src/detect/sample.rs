@@ -29,19 +29,18 @@
 //!    that presses harder than nearly all others is measured again ([`Sample::is_outlier`]).
 
 mod loads;
-
-use std::sync::Arc;
+mod ranks;
 
 use glam::DVec3;
 
 use self::loads::Loads;
+use self::ranks::Ranks;
 use super::Contact;
-use crate::algebra::spread;
 use crate::algebra::tolerance::{
     FLOOR_RISE, REST_HARDEST, REST_OUTLIER, SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LARGE,
     SAMPLE_LEAST, SAMPLE_MOST, SAMPLE_PACE, SAMPLE_PAIRS,
 };
-use crate::body::{Body, NodeKind};
+use crate::body::Body;
 
 /// Decides which pairs are measured, and how much their contacts count.
 #[derive(Clone, Debug)]
@@ -283,55 +282,6 @@ impl Range {
     fn pressing(&self, engagement: f64) -> f64 {
         (engagement - (self.tolerance - self.offset)).max(SAMPLE_LEAST * self.offset).max(f64::MIN_POSITIVE)
     }
-}
-
-/// The ranks of step 1.
-#[derive(Clone, Debug)]
-struct Ranks {
-    /// For each piece of a and of b, its part of the rank of a pair.
-    parts: [Arc<[f32]>; 2],
-}
-
-impl Ranks {
-    fn new(a: &Body, b: &Body) -> Self {
-        let reversed = |place: u32| f64::from(place.reverse_bits()) / 2f64.powi(32);
-        let parts = match a.size() <= b.size() {
-            true => [by_place(a, reversed), by_place(b, spread)],
-            false => [by_place(a, spread), by_place(b, reversed)],
-        };
-        Self { parts }
-    }
-
-    /// Returns the rank of a pair of pieces, 0 to 1.
-    fn of(&self, [piece_a, piece_b]: [u32; 2]) -> f64 {
-        let [of_a, of_b] = &self.parts;
-        (f64::from(of_a[piece_a as usize]) + f64::from(of_b[piece_b as usize])).fract()
-    }
-}
-
-/// Returns `value` of each piece's place in the order of step 1.
-fn by_place(body: &Body, value: impl Fn(u32) -> f64) -> Arc<[f32]> {
-    let hierarchy = body.hierarchy();
-    let mut order = Vec::with_capacity(body.polytopes().len());
-    let mut stack = vec![hierarchy.root()];
-    while let Some(node) = stack.pop() {
-        match hierarchy.node(node).kind {
-            NodeKind::Leaf { piece } => order.push(piece),
-            NodeKind::Inner { left, right } => stack.extend([right, left]),
-        }
-    }
-    order.sort_by_key(|&piece| side(body.admissible_normals(piece).cap().axis));
-    let mut values = vec![0.0; order.len()];
-    for (place, piece) in order.into_iter().enumerate() {
-        values[piece as usize] = value(place as u32) as f32;
-    }
-    values.into()
-}
-
-/// Returns the side of a cube, 0 to 5, to which a direction points.
-fn side(direction: DVec3) -> usize {
-    let axis = direction.abs().max_position();
-    2 * axis + usize::from(direction[axis] < 0.0)
 }
 
 #[cfg(test)]

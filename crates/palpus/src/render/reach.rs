@@ -7,8 +7,8 @@
 //!
 //! If the work limit ends the query before it has examined everything, the body may only creep in
 //! this step, and the hand pulls it ahead in the next. Then the body would move far in a step, the
-//! query would search farther, and would be ended again. So the bound is halved after such a query,
-//! and then grows slowly.
+//! query would search farther, and would be ended again. So the bound of a body in contact is
+//! halved after such a query, and then grows slowly.
 
 use crate::algebra::Twist;
 use crate::algebra::tolerance::{
@@ -24,7 +24,8 @@ pub(super) struct Reach {
     contact_offset: f64,
     /// Bound on the motion of all points of the body in the next step, m.
     most: f64,
-    /// Bound on `most` that follows from the work of earlier queries, m.
+    /// Bound on `most` that follows from earlier queries that the work limit ended, m. Infinite for
+    /// a body that touches nothing.
     limit: f64,
     /// Distance that the body may move before it can touch anything that this tick's query did not
     /// examine, m.
@@ -124,12 +125,18 @@ mod tests {
         reach.follow(&allowed, 1.0);
     }
 
-    #[test]
-    fn body_in_contact_looks_less_far_ahead_after_a_query_that_was_cut() {
+    /// Returns the bound for a body that has moved fast for some steps.
+    fn moving() -> Reach {
         let mut reach = Reach::new(0.1, OFFSET);
         for _ in 0..4 {
             step(&mut reach, true, f64::INFINITY, 1e-3);
         }
+        reach
+    }
+
+    #[test]
+    fn body_in_contact_looks_less_far_ahead_after_a_query_that_was_cut() {
+        let mut reach = moving();
         let before = reach.most().travel;
         assert!(before > 1e-3, "{before}");
         step(&mut reach, true, 0.0, 1e-3);
@@ -149,10 +156,7 @@ mod tests {
 
     #[test]
     fn body_in_the_air_keeps_its_speed_after_a_query_that_was_cut() {
-        let mut reach = Reach::new(0.1, OFFSET);
-        for _ in 0..4 {
-            step(&mut reach, true, f64::INFINITY, 1e-3);
-        }
+        let mut reach = moving();
         let before = reach.most().travel;
         step(&mut reach, false, 0.0, 1e-3);
         assert!(reach.most().travel >= REACH_FADE * before);

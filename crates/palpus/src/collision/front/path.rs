@@ -21,11 +21,12 @@
 
 use super::super::motion_bound::BoxImage;
 use super::super::wakes::NEVER;
+use super::rest::own_share;
 use super::{Front, PlacedPair, State};
+use crate::algebra::Placement;
 use crate::algebra::tolerance::{
-    GUARD_THICK, MOTION_NOISE, PATH_GAIN, PATH_LENGTH, PATH_PAIRS, PATH_ROOM, PATH_ROUNDING, REST_SPREAD,
+    GUARD_THICK, MOTION_NOISE, PATH_GAIN, PATH_LENGTH, PATH_PAIRS, PATH_ROOM, PATH_ROUNDING,
 };
-use crate::algebra::{Placement, spread};
 use crate::body::OrientedBox;
 
 /// Number of paths: enough for one in each step, which lasts for [`PATH_LENGTH`] steps. If all are
@@ -259,8 +260,7 @@ impl Front {
         if f64::from(thickness) * PATH_LENGTH < GUARD_THICK * path.length {
             return;
         }
-        let share = 1.0 - REST_SPREAD * spread(place);
-        let wake = self.motion_bound.due(share * path.length);
+        let wake = self.motion_bound.due(own_share(place) * path.length);
         let path = &mut self.paths.paths[self.paths.newest];
         path.places.push(place);
         path.wakes.push(wake);

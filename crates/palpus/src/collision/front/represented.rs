@@ -16,13 +16,12 @@ use glam::DVec3;
 
 use super::super::TraversalCounters;
 use super::point_bound::PointBound;
+use super::rest::{Rest, own_share};
 use super::{Front, PlacedPair, State};
-use crate::algebra::spread;
 use crate::algebra::tolerance::{
-    REPRESENTED_APPROACH, REPRESENTED_IMPACT, REPRESENTED_LEAST, REPRESENTED_PAUSE, REPRESENTED_SLOPE, REST_SPREAD,
+    REPRESENTED_APPROACH, REPRESENTED_IMPACT, REPRESENTED_LEAST, REPRESENTED_PAUSE, REPRESENTED_SLOPE,
 };
 use crate::collision::LeafPair;
-use crate::collision::front::rest::Rest;
 
 /// Bound of a pair that is represented.
 #[derive(Clone, Copy, Debug)]
@@ -51,11 +50,10 @@ impl Front {
         } else {
             self.pairs[place as usize].set_bound(PointBound::NONE);
         }
-        let share = 1.0 - REST_SPREAD * spread(place);
         self.rests[place as usize] = Rest {
             pieces: [pair.piece_a, pair.piece_b],
             since: self.motion_bound.sum(),
-            length: (share * bound.length) as f32,
+            length: (own_share(place) * bound.length) as f32,
             least: bound.least as f32,
         };
         self.pairs[place as usize].state = State::Represented;

@@ -30,6 +30,12 @@ impl Rest {
     pub(super) const NONE: Self = Self { pieces: [u32::MAX; 2], since: 0, length: 0.0, least: 0.0 };
 }
 
+/// Returns the share of its wait that the pair at `place` gets, so that pairs which begin to wait in
+/// the same query are not all due in the same query.
+pub(super) fn own_share(place: u32) -> f64 {
+    1.0 - REST_SPREAD * spread(place)
+}
+
 impl Front {
     /// Sets the share of its rest that each pair gets from the next query on, 0 to 1. With 0, each
     /// query measures all pairs.
@@ -66,8 +72,7 @@ impl Front {
     /// are not all due in the same query.
     pub(crate) fn rest(&mut self, pair: &LeafPair, length: f64) {
         if let Some(place) = pair.place {
-            let share = 1.0 - REST_SPREAD * spread(place);
-            let (since, length) = (self.motion_bound.sum(), (share * length) as f32);
+            let (since, length) = (self.motion_bound.sum(), (own_share(place) * length) as f32);
             self.rests[place as usize] = Rest { since, length, ..self.rests[place as usize] };
         }
     }
