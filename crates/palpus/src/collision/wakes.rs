@@ -103,10 +103,15 @@ impl WakeBoard {
         due.map(|(_, block)| block.iter().filter(below).count() as u32).sum()
     }
 
-    /// Returns the least value that is not below `sum`, in the first `blocks` blocks.
+    /// Returns a lower bound of the values that are not below `sum`, in the first `blocks` blocks.
+    /// The result is at least `sum`. Reads only the values of blocks that may contain a lower one.
     pub(super) fn least_from(&self, blocks: usize, sum: u64) -> u64 {
-        let values = self.values[..blocks * BLOCK].iter().copied();
-        values.filter(|&value| value >= sum).min().unwrap_or(NEVER)
+        let (blocks, _) = self.values[..blocks * BLOCK].as_chunks::<BLOCK>();
+        let least_of = |(&least, block): (&u64, &[u64; BLOCK])| match least < sum {
+            true => block.iter().copied().filter(|&value| value >= sum).fold(NEVER, u64::min),
+            false => least,
+        };
+        self.least.iter().zip(blocks).map(least_of).fold(NEVER, u64::min)
     }
 
     /// Returns a lower bound of the values in the first `blocks` blocks.
@@ -149,6 +154,9 @@ mod tests {
                 block = next;
             }
             let next = model.iter().copied().filter(|&value| value >= round + 30).min().unwrap_or(NEVER);
+            let least = board.least_from(blocks, round + 30);
+            assert!((round + 30..=next).contains(&least), "seed {SEED:#x}, round {round}");
+            (0..blocks).for_each(|block| board.settle(block));
             assert_eq!(board.least_from(blocks, round + 30), next, "seed {SEED:#x}, round {round}");
             let expected = board.least(places.div_ceil(BLOCK)) >= round && model.iter().all(|&value| value >= round);
             assert!(expected, "seed {SEED:#x}, round {round}: {found:?}");
