@@ -1771,9 +1771,19 @@ pub const TRANSIENT_SAMPLES: f64 = 5.0;
 /// value wastes force.
 pub const SATURATION_ROUNDING: f64 = 1e-15;
 
-/// If the work is limited and no contact presses, due pairs with bounds below this share of the
-/// tolerance are visited first. They stop the tool.
-pub const NEAR_DUE: f64 = 0.5;
+/// In motions of the last step: if the work is limited and no contact presses, due pairs that may
+/// press after such a motion are bounded and visited first. They stop the body.
+///
+/// In the next step, a body moves at most [`REACH_GROWTH`] times as far as in the last. With a
+/// smaller value, a body that speeds up is stopped. With a larger one, more pairs are bounded in
+/// the same query.
+pub const CLEAR_MOTIONS: f64 = 4.0;
+
+/// Relative to the distance by which the search goes beyond the contact offset: due pairs nearer
+/// than the offset plus this are bounded and visited first, however slow the bodies are.
+///
+/// Without it, a body at rest could never begin to move.
+pub const CLEAR_LEAST: f64 = 0.5;
 
 /// Number of expected motions up to which pairs are split before they are near.
 ///

@@ -128,8 +128,6 @@ pub struct Front {
     late: usize,
     /// Number of due pairs that the last query did not visit.
     still_due: u32,
-    /// Lower bound of the gaps of these pairs, if it was computed, model units.
-    least_due: Option<f64>,
     /// The search for pairs that will soon be near, in queries with limited work.
     preparation: Preparation,
     /// Working memory of the query, for places that are then moved to `awake`.
@@ -141,6 +139,8 @@ pub struct Front {
     rests_from: u64,
     /// Number of represented pairs.
     represented: u32,
+    /// The represented pairs of each block of places, one bit each.
+    represented_in: Vec<u8>,
     /// No pair with a smaller separation stays represented, model units.
     floor: f64,
     /// True if represented pairs that do not approach fast wait as if all surfaces slid along each
@@ -204,13 +204,13 @@ impl Front {
             unvisited: 0,
             late: 0,
             still_due: 0,
-            least_due: None,
             preparation: Preparation::NONE,
             sorted: [(); 2].map(|()| Vec::with_capacity(places)),
             merged_from: 0,
             rest_share: 0.0,
             rests_from: 0,
             represented: 0,
+            represented_in: vec![0; places / BLOCK],
             floor: f64::INFINITY,
             slides: false,
             is_mixed: false,
@@ -383,6 +383,7 @@ impl Front {
         self.first_block = 0;
         self.was_full = false;
         (self.represented, self.is_mixed) = (0, false);
+        self.represented_in.fill(0);
         self.preparation = Preparation::NONE;
         self.occupy(0, self.nodes, NONE);
         // A pair with wake value 0 is due at any sum above 0.

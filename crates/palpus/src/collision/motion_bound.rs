@@ -45,7 +45,7 @@ impl MotionBound {
     pub(super) fn new(box_a: OrientedBox, box_b: OrientedBox) -> Self {
         let size = box_a.half.length() + box_b.half.length();
         let quantum = (MOTION_QUANTUM * size).max(f64::MIN_POSITIVE);
-        Self { box_a, box_b, quantum, size, last: None, before: None, ahead: None, sum: 0, turned: 0.0 }
+        Self { box_a, box_b, quantum, size, last: None, before: None, ahead: None, sum: BEGIN, turned: 0.0 }
     }
 
     /// Returns the sum, in quanta.
@@ -62,7 +62,7 @@ impl MotionBound {
     /// Resets the sums.
     pub(super) fn clear(&mut self) {
         (self.last, self.before, self.ahead) = (None, None, None);
-        self.sum = 0;
+        self.sum = BEGIN;
     }
 
     /// Adds the motion since the last call and returns it in model units. `None` before the first
@@ -83,6 +83,11 @@ impl MotionBound {
     #[inline]
     pub(super) fn turned(&self) -> f64 {
         self.turned
+    }
+
+    /// Returns the motion of the last call of [`Self::advance`], model units; 0 if none is known.
+    pub(super) fn last_motion(&self) -> f64 {
+        self.before.as_ref().map_or(0.0, |(_, moved)| *moved)
     }
 
     /// Returns the motion since the last call of [`Self::advance`], model units; `None` before the
@@ -154,11 +159,22 @@ impl MotionBound {
         self.sum + ((clearance / self.quantum) as u64).min(EXHAUSTED)
     }
 
+    /// Returns the sum at which a pair was due that is now nearer than the tolerance by `missing` (not
+    /// negative, model units); 0 if the sum has never been so low.
+    #[inline]
+    pub(super) fn due_since(&self, missing: f64) -> u64 {
+        self.sum.saturating_sub(((missing / self.quantum).ceil() as u64).saturating_add(1))
+    }
+
     /// Returns the motion since the sum `from`, model units; negative if `from` is not reached yet.
     pub(super) fn since(&self, from: u64) -> f64 {
         (self.sum as f64 - from as f64) * self.quantum
     }
 }
+
+/// The sum before any motion: a motion of the bodies' size. A pair that is found near can be due
+/// since a lower sum.
+const BEGIN: u64 = (1.0 / MOTION_QUANTUM) as u64;
 
 /// Limit of the sum: far above any real motion, and far below the largest integer.
 const EXHAUSTED: u64 = 1 << 61;
@@ -271,7 +287,7 @@ mod tests {
             assert!(-motion_bound.since(motion_bound.due(clearance)) <= clearance);
         }
         assert!(motion_bound.spend(1.0));
-        assert!(!motion_bound.spend(f64::NAN) && motion_bound.sum() == 0);
+        assert!(!motion_bound.spend(f64::NAN) && motion_bound.sum() == BEGIN);
         assert!(!motion_bound.spend(f64::INFINITY));
         assert!(motion_bound.spend(0.0) && motion_bound.sum() > 0);
     }

@@ -31,6 +31,9 @@ pub struct PlacedPair<'a> {
     pub pose_ba: &'a Placement,
     /// Pairs that overlap, or are nearer than this, are found; model units.
     pub tolerance: f64,
+    /// Pairs nearer than this may press; model units. If the work is limited, pairs that may soon
+    /// be so near are bounded first.
+    pub(crate) offset: f64,
     /// Only pairs with a piece thinner than this are examined; model units.
     pub(crate) thinner_than: f64,
 }
@@ -38,7 +41,7 @@ pub struct PlacedPair<'a> {
 impl<'a> PlacedPair<'a> {
     /// Returns a search for all pairs nearer than `tolerance` (model units).
     pub fn new(a: Side<'a>, b: Side<'a>, pose_ba: &'a Placement, tolerance: f64) -> Self {
-        Self { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }
+        Self { a, b, pose_ba, tolerance, offset: tolerance, thinner_than: f64::INFINITY }
     }
 
     /// Returns true if pairs whose thinnest piece has this thickness (model units) are examined.

@@ -52,7 +52,7 @@ impl<'q> QueryInput<'q> {
 
     /// Returns this input in the form that the front needs.
     pub(super) fn placed(&self) -> PlacedPair<'_> {
-        PlacedPair::new(side(self.a), side(self.b), &self.place, self.tolerance)
+        PlacedPair { offset: self.offset, ..PlacedPair::new(side(self.a), side(self.b), &self.place, self.tolerance) }
     }
 
     /// Returns this input at another pose.

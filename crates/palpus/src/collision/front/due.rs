@@ -6,7 +6,7 @@ use super::super::wakes::{BLOCK, NEVER};
 use super::super::{LeafPairs, March, TraversalCounters};
 use super::{Front, Pair, PlacedPair, State};
 use crate::algebra::Quota;
-use crate::algebra::tolerance::{BOX_WAIT, SPHERE_WAIT};
+use crate::algebra::tolerance::{BOX_WAIT, SPHERE_WAIT, WORK_BOUNDED};
 use crate::body::NodeKind;
 
 /// Number of due pairs that are collected at a time.
@@ -83,9 +83,10 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) -> Option<usize> {
-        let known = self.bounds(query, due);
+        let known = self.bounds(query, due, query.tolerance);
         for (k, (&place, &known)) in due.iter().zip(&known).enumerate() {
             let block = place as usize / BLOCK;
+            quota.spend(u64::from(k as u64 % WORK_BOUNDED == WORK_BOUNDED - 1));
             let late = self.is_wanted(query, place) && self.wake(query, place, known, quota, found, counters);
             if late || due.get(k + 1).is_none_or(|&next| next as usize / BLOCK != block) {
                 self.wakes.settle(block);
@@ -97,10 +98,11 @@ impl Front {
         None
     }
 
-    /// Computes the cheapest bounds of the pairs `due`. Their places are far apart in memory. The
+    /// Computes the cheapest bounds of the pairs `due`: the stored bound, and another one if it does
+    /// not exceed `enough` (model units). Their places are far apart in memory. The
     /// reads of each loop do not depend on each other, so the processor waits for several of them
     /// at a time. The first loop does little else, so it waits for the most.
-    pub(super) fn bounds(&self, query: &PlacedPair<'_>, due: &[u32]) -> [Known; DUE] {
+    pub(super) fn bounds(&self, query: &PlacedPair<'_>, due: &[u32], enough: f64) -> [Known; DUE] {
         let mut known = [Known::NOTHING; DUE];
         let mut measured = [None; DUE];
         for (nodes, &place) in measured.iter_mut().zip(due) {
@@ -113,7 +115,7 @@ impl Front {
         }
         for ((known, nodes), &place) in known.iter_mut().zip(measured).zip(due) {
             if let Some([a, b]) = nodes
-                && known.point <= query.tolerance
+                && known.point <= enough
             {
                 known.along = self.gap_at(query, query.pose_ba, place);
                 if known.along.is_some() {
@@ -145,7 +147,7 @@ impl Front {
             let known = std::mem::replace(&mut known, Known::NOTHING);
             if self.is_wanted(query, place) {
                 let before = counters.work();
-                self.look(query, place, known, found, counters);
+                self.look(query, place, known, quota, found, counters);
                 quota.spend(counters.work() - before);
                 late = quota.is_spent();
             }
@@ -162,6 +164,7 @@ impl Front {
         query: &PlacedPair<'_>,
         place: u32,
         known: Known,
+        quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
@@ -175,14 +178,14 @@ impl Front {
         if gap > query.tolerance {
             counters.bounded_by_point += 1;
             self.postpone(query, place, gap);
-            self.merge(query, place, counters);
+            self.merge(query, place, quota, counters);
             self.slide(query, place, gap - query.tolerance, false);
             return;
         }
         match self.measure(query, place, known, counters) {
             Measured::Apart(distance) => {
                 self.postpone(query, place, distance);
-                self.merge(query, place, counters);
+                self.merge(query, place, quota, counters);
                 self.slide(query, place, distance - query.tolerance, true);
             }
             Measured::Within(answer) => {

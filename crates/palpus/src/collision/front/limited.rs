@@ -5,10 +5,10 @@ use glam::DVec3;
 
 use super::super::wakes::BLOCK;
 use super::super::{Closest, LeafPairs, March, Overlap, Proximity, TraversalCounters, support_gap};
-use super::due::DUE;
+use super::due::{DUE, Known};
 use super::{Front, NONE, Pair, PlacedPair};
-use crate::algebra::tolerance::{NEAR_DUE, SPHERE_WAIT, WORK_BOUNDED};
-use crate::algebra::{Placement, Quota};
+use crate::algebra::tolerance::{CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BOUNDED};
+use crate::algebra::{Placement, Quota, spread};
 
 impl Front {
     /// Visits more due pairs, up to `quota`. `found` and `counters` are the results of the last
@@ -20,15 +20,14 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
-        let (done, least) = (self.wake_due(query, quota, found, counters), self.least_due);
+        let done = self.wake_due(query, quota, found, counters);
         self.finish(query, done, found, counters);
-        self.least_due = least;
     }
 
-    /// Computes the cheapest bounds of all pairs that are still due after the last query, which was
-    /// at the same pose. Pairs that are apart by these bounds wait again, and those with the least
-    /// bounds are visited, up to `quota`. The least bound of the other pairs is the new
-    /// [`Self::unseen_separation`].
+    /// Computes the cheapest bounds of the pairs that limit [`Self::unseen_separation`] most. They
+    /// are still due after the last query, which was at the same pose. Pairs that are apart by
+    /// these bounds wait again, and those with the least bounds are visited, up to `quota`. The
+    /// others are due since their bound, so the next query knows it.
     pub(crate) fn bound_due(
         &mut self,
         query: &PlacedPair<'_>,
@@ -36,9 +35,30 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
-        let least = self.least_due(query, quota, found, counters);
+        let (mut block, blocks, needed) = (0, self.blocks(), self.needed_clearance(query));
+        while block < blocks {
+            let mut due = [0; DUE];
+            let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
+            let (count, next) = self.wakes.collect(block, blocks, self.motion_bound.sum(), is_wanted, &mut due);
+            let mut chosen = 0;
+            for k in 0..count {
+                due[chosen] = due[k];
+                let enough = needed + (query.tolerance - needed) * spread(due[k]);
+                chosen += usize::from(self.clearance(query, due[k]) < enough);
+            }
+            let due = &due[..chosen];
+            let known = self.bounds(query, due, needed);
+            quota.spend(chosen as u64 / WORK_BOUNDED);
+            for (&place, mut known) in due.iter().zip(known) {
+                let gap = self.refresh(query, place, &mut known, needed);
+                if gap > query.tolerance || gap <= needed && !quota.is_spent() {
+                    self.wake(query, place, known, quota, found, counters);
+                }
+            }
+            due.iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
+            block = next;
+        }
         self.finish(query, false, found, counters);
-        self.least_due = Some(least);
     }
 
     /// Returns the number of due pairs that the last query did not visit.
@@ -56,7 +76,6 @@ impl Front {
         counters: &mut TraversalCounters,
     ) {
         self.still_due = if done { 0 } else { self.wakes.count_below(self.blocks(), self.motion_bound.sum()) };
-        self.least_due = None;
         counters.postponed = self.late as u32 + self.still_due;
         if query.is_of_all() {
             self.paths.due = counters.woken;
@@ -74,8 +93,6 @@ impl Front {
         let least = self.wakes.least(self.blocks());
         if least >= self.motion_bound.sum() {
             self.tolerance
-        } else if let Some(gap) = self.least_due {
-            gap
         } else if least == 0 || self.was_full {
             f64::NEG_INFINITY
         } else {
@@ -83,48 +100,36 @@ impl Front {
         }
     }
 
-    /// Postpones due pairs that are apart by their cheapest bounds, and visits those with the least
-    /// bounds, up to `quota`. Returns the least bound of the other due pairs, model units.
-    fn least_due(
-        &mut self,
-        query: &PlacedPair<'_>,
-        quota: &Quota<'_>,
-        found: &mut LeafPairs,
-        counters: &mut TraversalCounters,
-    ) -> f64 {
-        let (mut least, mut block, blocks) = (self.tolerance, 0, self.blocks());
-        let sum = self.motion_bound.sum();
-        while block < blocks {
-            let mut due = [0; DUE];
-            let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
-            let (count, next) = self.wakes.collect(block, blocks, sum, is_wanted, &mut due);
-            let known = self.bounds(query, &due[..count]);
-            for (&place, mut known) in due[..count].iter().zip(known) {
-                let of_spheres = known.spheres.map(|gap| gap - SPHERE_WAIT * self.pace.motion);
-                let mut gap = known.point.max(known.along.or(of_spheres).unwrap_or(f64::NEG_INFINITY));
-                if gap <= query.tolerance {
-                    known.point = known.point.max(self.gap_of_parents(query.pose_ba, place));
-                    gap = gap.max(known.point);
-                }
-                if gap > query.tolerance {
-                    self.look(query, place, known, found, counters);
-                    continue;
-                }
-                let wake = self.wakes.get(place);
-                let moved = if wake > 0 { self.motion_bound.since(wake) } else { f64::INFINITY };
-                gap = gap.max(query.tolerance - moved);
-                if gap > NEAR_DUE * query.tolerance
-                    || quota.is_spent()
-                    || self.wake(query, place, known, quota, found, counters)
-                {
-                    least = least.min(gap);
-                }
-            }
-            quota.spend(count as u64 / WORK_BOUNDED);
-            due[..count].iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
-            block = next;
+    /// Returns the clearance that due pairs need so that the bodies can move on as in the last step,
+    /// model units.
+    fn needed_clearance(&self, query: &PlacedPair<'_>) -> f64 {
+        let ahead = query.tolerance - query.offset;
+        query.offset + (CLEAR_MOTIONS * self.motion_bound.last_motion()).max(CLEAR_LEAST * ahead).min(ahead)
+    }
+
+    /// Returns a lower bound of the gap of a due pair, model units.
+    fn clearance(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
+        match self.wakes.get(place) {
+            0 => f64::NEG_INFINITY,
+            wake => query.tolerance - self.motion_bound.since(wake),
         }
-        least
+    }
+
+    /// Computes the cheapest bounds of the due pair at `place`, up to `needed`, and lets it be due
+    /// since the best of them. Returns this bound, model units.
+    fn refresh(&mut self, query: &PlacedPair<'_>, place: u32, known: &mut Known, needed: f64) -> f64 {
+        let of_spheres = known.spheres.map(|gap| gap - SPHERE_WAIT * self.pace.motion);
+        let mut gap = known.point.max(known.along.or(of_spheres).unwrap_or(f64::NEG_INFINITY));
+        if gap <= needed {
+            known.point = known.point.max(self.gap_of_parents(query.pose_ba, place));
+            gap = gap.max(known.point);
+        }
+        if gap > query.tolerance {
+            return gap;
+        }
+        let wake = self.motion_bound.due_since(query.tolerance - gap);
+        self.wakes.set(place, wake.max(self.wakes.get(place)));
+        self.clearance(query, place)
     }
 
     /// Stores the gap of a pair that was split, as a bound for halves that are not measured yet. An

@@ -3,6 +3,7 @@
 use super::super::TraversalCounters;
 use super::super::wakes::NEVER;
 use super::{Front, NONE, Pair, PlacedPair, State};
+use crate::algebra::Quota;
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
 
 impl Front {
@@ -18,10 +19,17 @@ impl Front {
     }
 
     /// Does step 4: merges the half at `place` with the other half, if both wait for a long motion
-    /// and the whole pair is far enough apart. Repeats this for the merged pair.
-    pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
+    /// and the whole pair is far enough apart. Repeats this for the merged pair, until the quota is
+    /// spent.
+    pub(super) fn merge(
+        &mut self,
+        query: &PlacedPair<'_>,
+        mut place: u32,
+        quota: &Quota<'_>,
+        counters: &mut TraversalCounters,
+    ) {
         let (long, until) = (self.merge_clearance(query), self.merged_from);
-        while self.wakes.get(place) >= until && self.waits_until(place ^ 1, until) {
+        while !quota.is_spent() && self.wakes.get(place) >= until && self.waits_until(place ^ 1, until) {
             let parent = self.pairs[place as usize].parent;
             if parent == NONE {
                 return;

@@ -15,6 +15,7 @@
 use glam::DVec3;
 
 use super::super::TraversalCounters;
+use super::super::wakes::BLOCK;
 use super::point_bound::PointBound;
 use super::rest::{Rest, own_share};
 use super::{Front, PlacedPair, State};
@@ -38,6 +39,11 @@ pub(crate) struct Represented {
     pub(crate) length: f64,
 }
 
+/// Returns the bit of a place within its block.
+fn bit(place: u32) -> u8 {
+    1 << (place as usize % BLOCK)
+}
+
 impl Front {
     /// Marks `pair`, which this query has found, as represented. `separation` (model units) is its
     /// gap along the direction of the bound.
@@ -58,6 +64,7 @@ impl Front {
         };
         self.pairs[place as usize].state = State::Represented;
         self.represented += 1;
+        self.represented_in[place as usize / BLOCK] |= bit(place);
         self.is_mixed = true;
         self.wait(place, separation);
     }
@@ -93,6 +100,7 @@ impl Front {
             }
         }
         self.represented -= 1;
+        self.represented_in[place as usize / BLOCK] &= !bit(place);
         self.pairs[place as usize].state = State::Waiting;
         Some(gap)
     }
@@ -105,9 +113,9 @@ impl Front {
         let before = std::mem::replace(&mut self.floor, floor);
         let is_over = floor == f64::INFINITY && before < f64::INFINITY;
         if self.represented > 0 && (now || is_over) {
-            for place in 0..self.fresh {
-                if self.pairs[place as usize].state == State::Represented {
-                    self.wakes.set(place, self.motion_bound.sum());
+            for (block, &bits) in self.represented_in[..self.blocks()].iter().enumerate() {
+                for k in (0..BLOCK).filter(|k| bits >> k & 1 == 1) {
+                    self.wakes.set((block * BLOCK + k) as u32, self.motion_bound.sum());
                 }
             }
         }

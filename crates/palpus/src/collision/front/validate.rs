@@ -105,7 +105,8 @@ impl Front {
         }
         let is_represented = |place: u32| self.pairs[place as usize].state == State::Represented;
         let represented = (0..self.fresh).filter(|&place| self.is_in_tree(place) && is_represented(place)).count();
-        if represented != self.represented as usize {
+        let marked = self.represented_in.iter().map(|bits| bits.count_ones()).sum::<u32>();
+        if represented != self.represented as usize || marked != self.represented {
             return Err(FrontFault::Represented(self.represented));
         }
         let awake = (0..self.fresh).filter(|&place| self.is_in_tree(place) && is_awake(place)).count();
