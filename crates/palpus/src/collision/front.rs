@@ -70,7 +70,7 @@ use super::wakes::{BLOCK, WakeBoard};
 use super::{
     Closest, LeafPair, LeafPairs, March, PlacedPair, Proximity, Side, StopReason, TraversalCounters, WarmStart,
 };
-use crate::algebra::tolerance::{JUMP, PACE_FADE};
+use crate::algebra::tolerance::{JUMP, JUMP_APART, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{Feature, FeaturePair, NodeKind};
 use below::NodePair;
@@ -118,8 +118,8 @@ pub struct Front {
     tolerance: f64,
     /// The approximate motion of the bodies in a tick.
     pace: Pace,
-    /// A motion longer than this is a jump, model units.
-    jump: f64,
+    /// Half diagonal of the smaller body, model units.
+    size: f64,
     begun: bool,
     /// Number of awake pairs that the last query did not visit. They are at the start of `awake`.
     unvisited: usize,
@@ -199,7 +199,7 @@ impl Front {
             stack: Vec::with_capacity(2 * depth),
             tolerance: 0.0,
             pace: Pace { motion: 0.0, turn: 0.0 },
-            jump: JUMP * root_a.half.length().min(root_b.half.length()),
+            size: root_a.half.length().min(root_b.half.length()),
             begun: false,
             unvisited: 0,
             late: 0,
@@ -359,8 +359,10 @@ impl Front {
         let wider = query.tolerance - self.tolerance;
         let spent = wider <= 0.0 || self.motion_bound.spend(wider);
         self.tolerance = query.tolerance;
+        let is_apart = self.awake.is_empty() && self.represented == 0;
+        let jump = self.size * if is_apart { JUMP_APART } else { JUMP };
         match moved {
-            Some(moved) if self.begun && spent && moved <= self.jump => {
+            Some(moved) if self.begun && spent && moved <= jump => {
                 let Pace { motion, turn } = &mut self.pace;
                 *motion = *motion * PACE_FADE + moved * (1.0 - PACE_FADE);
                 *turn = *turn * PACE_FADE + (self.motion_bound.turned() - turned) * (1.0 - PACE_FADE);

@@ -330,4 +330,22 @@ mod tests {
         front.within(&PlacedPair::new(side, side, &pose_ba, 0.01), &mut found);
         assert_eq!(found.as_slice().len(), 1);
     }
+
+    #[test]
+    fn small_body_that_flies_past_does_not_start_the_front_again() {
+        let pieces = [0.1, 2.0].map(|half| [cuboid(DVec3::splat(half))]);
+        let hierarchies = [0, 1].map(|k| Hierarchy::build(&pieces[k], 1e-9).unwrap());
+        let [a, b] = [0, 1].map(|k| Side { hierarchy: &hierarchies[k], pieces: &pieces[k] });
+        let (mut front, mut found) = (Front::new(a, b, 100), LeafPairs::new(10));
+        let mut restarted = |x: f64, z: f64| {
+            let pose_ba = Pose::from_translation(DVec3::new(x, 0.0, z)).placement();
+            front.within(&PlacedPair::new(a, b, &pose_ba, 0.01), &mut found).restarted
+        };
+        // In each query, the small body moves by half of its size.
+        let far = [0, 1, 2, 3].map(|k| restarted(0.1 * f64::from(k), 4.0));
+        assert_eq!(far, [1, 0, 0, 0]);
+        // Where the bodies are near each other, cached depths may be those of another side.
+        let near = [0, 1, 2].map(|k| restarted(0.1 * f64::from(k), 2.105));
+        assert_eq!(near, [1, 1, 1]);
+    }
 }
