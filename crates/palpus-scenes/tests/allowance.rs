@@ -194,6 +194,7 @@ fn tool_that_is_lifted_off_a_face_is_not_held() {
         let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
         renderer.allow(Some(work));
         let (mut last, mut largest, mut deepest, mut late, mut unused) = (DVec3::ZERO, 0.0f64, 0.0f64, 0, 0);
+        let mut most = 0;
         for k in 0..600 {
             let pose = Pose::from_translation(DVec3::new(-0.0505, 0.0, height(k)));
             let tick = renderer.step(&ProbeState::at(pose), 1e-3, &NoClock);
@@ -201,12 +202,16 @@ fn tool_that_is_lifted_off_a_face_is_not_held() {
             largest = largest.max(force.distance(last));
             deepest = tick.contacts.iter().fold(deepest, |most, contact| most.max(-contact.separation));
             late += u32::from(tick.is_late());
+            most = most.max(tick.work);
             unused += u32::from(tick.is_late() && tick.work < work * 3 / 4);
             last = force;
         }
-        // Measured: 0.3 N at most. It was 3.4 N when each part of the query had a fixed share of
+        // Measured: 1.5 times the allowed work. It was 4.2 times when the gaps of all due pairs were
+        // bounded in each query, also while the gears parted.
+        assert!(most < 2 * work, "{work}: {most} in a step");
+        // Measured: 0.2 N at most. It was 3.4 N when each part of the query had a fixed share of
         // the work, and when unexamined surfaces stopped a motion in any direction.
-        assert!(largest < 0.5, "{work}: {largest} N in a step");
+        assert!(largest < 0.3, "{work}: {largest} N in a step");
         assert!(late > 200 && unused < 25, "{work}: {late} late, {unused} of them with work left");
         // Measured: 0.4 mm. It was 35 mm when a rejected depth was replaced by a contact without a
         // bound, because the query before had not seen all pairs.
@@ -244,9 +249,9 @@ fn tool_that_lands_on_a_fine_mesh_is_not_held_back() {
             late += u32::from(tick.is_late());
             last = force;
         }
-        // Measured: 0.7 N. It was 1.6 N when the query searched twice as far after each long step,
+        // Measured: 0.6 N. It was 1.6 N when the query searched twice as far after each long step,
         // also where its work did not suffice: the tool crept and caught up by turns.
-        assert!(largest < 0.9, "seed {TOUR:#x}, {work}: {largest} N in a step");
+        assert!(largest < 0.7, "seed {TOUR:#x}, {work}: {largest} N in a step");
         assert!(late > 30, "seed {TOUR:#x}, {work}: {late} late");
     }
 }

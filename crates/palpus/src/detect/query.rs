@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::plane::SeparatingPlane;
 use super::query_input::QueryInput;
 use super::search::Search;
 use super::{Contact, Helper, QueryCounters, QuerySettings};
@@ -108,6 +109,12 @@ impl ContactQuery {
     /// count.
     pub fn unexamined_separation(&self) -> f64 {
         self.search.unexamined_separation()
+    }
+
+    /// Returns a plane between both bodies, if the last query skipped pairs and the convex hulls of
+    /// the bodies are apart. Then all skipped pairs are apart along its normal, too.
+    pub fn separating_plane(&self) -> Option<SeparatingPlane> {
+        self.search.plane.found
     }
 
     /// Returns body a, whose pose is given to each query.

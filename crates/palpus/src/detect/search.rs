@@ -46,6 +46,7 @@ use super::confirm::{LastOverlap, no_deeper, replacement};
 use super::exact::{Placed, on_meshes};
 use super::guard::Guard;
 use super::part::{Part, PartSearch, RejectedContacts, Task};
+use super::plane::PlaneSearch;
 use super::query_input::{QueryInput, side};
 use super::sample::Sample;
 use super::{Contact, QueryCounters, QuerySettings};
@@ -84,6 +85,7 @@ pub(super) struct Search {
     pressing: bool,
     unseen_separation: f64,
     unexamined: f64,
+    pub(super) plane: PlaneSearch,
 }
 
 /// Capacity of the front, in node pairs. A spoon in a cup has hundreds, two scans of 30 000
@@ -126,6 +128,7 @@ impl Search {
             pressing: false,
             unseen_separation: f64::INFINITY,
             unexamined: f64::INFINITY,
+            plane: PlaneSearch::default(),
         }
     }
 
@@ -150,12 +153,13 @@ impl Search {
             self.set(Task::Descend, &input.pose_ba);
         }
         self.round();
-        self.visit_due(quota);
+        self.visit_due(input, quota, &mut counters);
         self.begin_answers(input);
         let middle = clock.now_ns();
         self.round();
         let (rejected, touching) = self.join(quota, &mut counters);
         self.learn_answer_cost();
+        self.plane.end(&input.place);
         self.sample.keep(&self.contacts, input.tolerance, self.rest_share > 0.0);
         let deepest = self.contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
         self.sample.set_floor(deepest, &input.range());
@@ -299,6 +303,9 @@ impl Search {
             k += 1;
         });
         counters.traversal.restarted = counters.traversal.restarted.min(1);
+        if let Some(plane) = &self.plane.found {
+            unexamined = unexamined.max(plane.gap);
+        }
         (self.unseen_separation, self.unexamined) = (unseen.min(unexamined), unexamined);
         (rejected, touching)
     }
@@ -437,6 +444,7 @@ impl Search {
             guard.clear();
         }
         self.last_overlap.clear();
+        self.plane.clear();
         (self.last_sum, self.saw_all) = (None, false);
     }
 }

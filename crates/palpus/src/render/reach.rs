@@ -5,15 +5,59 @@
 //! cannot pass through a surface that the query did not examine. The bound also limits the turn of
 //! the body: the query finds places whose normal faces the other body only after such a turn.
 //!
-//! If the work limit ends the query before it has examined everything, the body may only creep in
+//! If the work limit ends the query before it has examined everything, the body may move as far as
+//! it certainly touches nothing else. A plane between the hulls of two bodies allows any motion
+//! along it and away from it. Otherwise the body may only creep in
 //! this step, and the hand pulls it ahead in the next. Then the body would move far in a step, the
 //! query would search farther, and would be ended again. So the bound of a body in contact is
 //! halved after such a query, and then grows slowly.
+
+use glam::DVec3;
 
 use crate::algebra::Twist;
 use crate::algebra::tolerance::{
     REACH_CREEP, REACH_CUT, REACH_FADE, REACH_GROWTH, REACH_LEAST, REACH_RECOVERY, TOOL_FASTEST,
 };
+
+/// What a query knows of the parts of another body that it did not examine.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clearance {
+    /// Distance beyond the contact offset of everything that it did not examine, m.
+    pub(super) all: f64,
+    /// A plane that separates the bodies.
+    pub(super) plane: Option<PlaneClearance>,
+}
+
+/// A plane beyond which another body lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlaneClearance {
+    /// Unit normal in the world, away from the other body.
+    pub(super) away: DVec3,
+    /// Distance of the body to the plane, beyond the contact offset, m.
+    pub(super) clear: f64,
+    /// Centre of the body's box relative to its centre of mass, in the world, m.
+    pub(super) center: DVec3,
+    /// Half edges of the box, in the world, m.
+    pub(super) half_edges: [DVec3; 3],
+}
+
+impl PlaneClearance {
+    /// Returns a bound on the motion of all points of the body towards the plane in `h` seconds with
+    /// `twist`, m. Negative if all points move away.
+    fn nearer(&self, twist: &Twist, h: f64) -> f64 {
+        let lever = twist.angular.cross(self.away);
+        let turned = lever.dot(self.center) + self.half_edges.iter().map(|edge| lever.dot(*edge).abs()).sum::<f64>();
+        (turned - self.away.dot(twist.linear)) * h
+    }
+}
+
+impl Clearance {
+    /// Returns these distances times `part`.
+    pub(super) fn times(self, part: f64) -> Self {
+        let plane = self.plane.map(|plane| PlaneClearance { clear: part * plane.clear, ..plane });
+        Self { all: part * self.all, plane }
+    }
+}
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +74,13 @@ pub(super) struct Reach {
     /// Distance that the body may move before it can touch anything that this tick's query did not
     /// examine, m.
     clear: f64,
+    /// The same for one of the other bodies, which a plane separates from this body. The other
+    /// bodies have a part in `clear`.
+    apart: Option<(f64, PlaneClearance)>,
+    /// Bound on the motion in the next step of a body that was held, m. Otherwise infinite.
+    released: f64,
+    /// Number of other bodies that are near.
+    others: u32,
     /// True if the body is in contact.
     touches: bool,
 }
@@ -48,7 +99,17 @@ impl Reach {
     /// mass. Contacts push below a separation of `contact_offset` (m).
     pub(super) fn new(radius: f64, contact_offset: f64) -> Self {
         let most = REACH_LEAST * contact_offset;
-        Self { radius, contact_offset, most, limit: f64::INFINITY, clear: f64::INFINITY, touches: false }
+        Self {
+            radius,
+            contact_offset,
+            most,
+            limit: f64::INFINITY,
+            clear: f64::INFINITY,
+            apart: None,
+            released: f64::INFINITY,
+            others: 0,
+            touches: false,
+        }
     }
 
     /// Sets the contact offset (m).
@@ -65,13 +126,19 @@ impl Reach {
     /// Starts a tick. Until [`Self::see`] is called, everything counts as examined.
     pub(super) fn begin(&mut self) {
         self.clear = f64::INFINITY;
+        self.apart = None;
+        self.others = 0;
         self.touches = false;
     }
 
-    /// Sets a bound of this tick's query: everything that it did not examine is at least `clear`
-    /// (m) beyond the contact offset.
-    pub(super) fn see(&mut self, clear: f64) {
-        self.clear = self.clear.min(clear.max(0.0));
+    /// Sets what a query of this tick did not examine.
+    pub(super) fn see(&mut self, clearance: &Clearance) {
+        let all = clearance.all.max(0.0);
+        self.others += 1;
+        match clearance.plane {
+            Some(plane) if self.apart.is_none() => self.apart = Some((all, plane)),
+            _ => self.clear = self.clear.min(all),
+        }
     }
 
     /// Allows a slow motion of a body in contact, even if the query did not examine everything.
@@ -83,15 +150,32 @@ impl Reach {
     /// the body touches only contacts that the query has found.
     pub(super) fn share(&self, twist: &Twist, h: f64) -> f64 {
         let creep = if self.touches { REACH_CREEP * self.contact_offset } else { 0.0 };
-        let (travel, most) = (self.travel(twist, h), self.most.min(self.clear.max(creep)));
-        if travel > most { most / travel } else { 1.0 }
+        let travel = self.travel(twist, h);
+        let within = |most: f64| part_of(travel, most);
+        let all = within(self.most.min(self.clear.max(creep)).min(self.released));
+        let Some((clear, plane)) = self.apart else { return all };
+        let from_plane = part_of(plane.nearer(twist, h), plane.clear.max(0.0));
+        match self.others {
+            // There is nothing else that the body could touch.
+            1 => all.min(within(clear.max(creep))).max(from_plane.min(within(self.released))),
+            _ => all.min(within(clear.max(creep)).max(from_plane)),
+        }
     }
 
-    /// Updates the bound after a motion with `twist` for `h` seconds.
-    pub(super) fn follow(&mut self, twist: &Twist, h: f64) {
+    /// Updates the bounds after a motion with `twist` for `h` seconds. `gain` (m) is given if the
+    /// step was cut short: if that follows from a query that the work limit ended, the motion may
+    /// grow by so much in the next step.
+    pub(super) fn follow(&mut self, twist: &Twist, h: f64, gain: Option<f64>) {
+        let is_held = self.clear.min(self.limit).min(self.released) < f64::INFINITY || self.apart.is_some();
+        let gain = gain.filter(|_| is_held).unwrap_or(f64::INFINITY);
+        self.released = self.travel(twist, h) + gain;
+        let clear = match self.apart {
+            Some((clear, plane)) if plane.nearer(twist, h) > 0.0 => clear.min(self.clear),
+            _ => self.clear,
+        };
         self.limit = match self.touches {
             false => f64::INFINITY,
-            true if self.clear < self.most => (REACH_CUT * self.most).max(self.clear),
+            true if clear < self.most => (REACH_CUT * self.most).max(clear),
             true => REACH_RECOVERY * self.limit,
         };
         let needed = (REACH_GROWTH * self.travel(twist, h)).max(REACH_FADE * self.most);
@@ -104,10 +188,13 @@ impl Reach {
     }
 }
 
+/// Returns the fraction of a motion that is at most `most`.
+fn part_of(motion: f64, most: f64) -> f64 {
+    if motion > most { most / motion } else { 1.0 }
+}
+
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     const OFFSET: f64 = 1e-4;
@@ -116,13 +203,13 @@ mod tests {
     /// to `clear` (m).
     fn step(reach: &mut Reach, touches: bool, clear: f64, travel: f64) {
         reach.begin();
-        reach.see(clear);
+        reach.see(&Clearance { all: clear, plane: None });
         if touches {
             reach.touch();
         }
         let twist = Twist { angular: DVec3::ZERO, linear: DVec3::X * travel };
         let allowed = Twist { linear: twist.linear * reach.share(&twist, 1.0), ..twist };
-        reach.follow(&allowed, 1.0);
+        reach.follow(&allowed, 1.0, None);
     }
 
     /// Returns the bound for a body that has moved fast for some steps.
@@ -132,6 +219,53 @@ mod tests {
             step(&mut reach, true, f64::INFINITY, 1e-3);
         }
         reach
+    }
+
+    /// A plane that the body may approach by `clear` (m), below a box of 0.2 m.
+    fn plane(clear: f64) -> Clearance {
+        let half_edges = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 0.1 * axis);
+        let plane = PlaneClearance { away: DVec3::Z, clear, center: DVec3::ZERO, half_edges };
+        Clearance { all: 0.0, plane: Some(plane) }
+    }
+
+    fn shift(linear: DVec3) -> Twist {
+        Twist { angular: DVec3::ZERO, linear }
+    }
+
+    #[test]
+    fn body_may_part_from_a_plane_and_slide_along_it() {
+        let mut reach = Reach::new(0.2, OFFSET);
+        reach.begin();
+        reach.see(&plane(2e-3));
+        let share = |reach: &Reach, twist| reach.share(&twist, 1.0);
+        assert_eq!(share(&reach, shift(DVec3::new(0.1, 0.0, 0.05))), 1.0);
+        assert_eq!(share(&reach, shift(DVec3::new(0.1, 0.0, -2e-3))), 1.0);
+        assert_eq!(share(&reach, shift(DVec3::new(0.1, 0.0, -4e-3))), 0.5);
+        // A turn about y moves one side of the box down by a tenth of the angle. If the body turns
+        // about this side, the side stays where it is.
+        let turn = Twist { angular: DVec3::Y * 0.04, linear: DVec3::ZERO };
+        assert!((share(&reach, turn) - 0.5).abs() < 1e-12);
+        assert_eq!(share(&reach, Twist { linear: DVec3::Z * 4e-3, ..turn }), 1.0);
+        // Another body may be on any side.
+        reach.see(&Clearance { all: 0.0, plane: None });
+        assert_eq!(share(&reach, shift(DVec3::Z)), 0.0);
+    }
+
+    #[test]
+    fn body_that_was_held_moves_on_gradually() {
+        let mut reach = moving();
+        let mut moves = Vec::new();
+        for k in 0..6 {
+            reach.begin();
+            reach.see(&Clearance { all: if k == 0 { 0.0 } else { f64::INFINITY }, plane: None });
+            let twist = shift(DVec3::X * 1e-3);
+            let share = reach.share(&twist, 1.0);
+            moves.push(share * 1e-3);
+            reach.follow(&(twist * share), 1.0, (share < 1.0).then_some(3e-4));
+        }
+        let expected = [0.0, 3e-4, 6e-4, 9e-4, 1e-3, 1e-3];
+        let fits = moves.iter().zip(expected).all(|(moved, expected)| (moved - expected).abs() < 1e-12);
+        assert!(fits, "{moves:?}");
     }
 
     #[test]

@@ -47,6 +47,7 @@ use glam::{DMat3, DQuat, DVec3};
 use super::anchor::Anchor;
 use super::reach::Reach;
 use super::{Limits, ProbeState, Settings, VirtualCoupling};
+use crate::algebra::tolerance::REACH_RELEASE;
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
 
@@ -158,10 +159,10 @@ impl Tool {
     }
 
     /// Moves the tool with `twist`, the step's solution, and returns the wrench on the device about
-    /// its grip. `pose` and `center` (the centre of mass) are at the beginning of the step.
-    pub(super) fn end(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64) -> Wrench {
+    /// its grip. `is_cut` is true if [`Reach::share`] allows only a part of the step. `pose` and `center` (the centre of mass) are at the beginning of the step.
+    pub(super) fn end(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64, is_cut: bool) -> Wrench {
         let felt = -self.bond.wrench(&twist, h);
-        self.advance(pose, center, twist, h);
+        self.advance(pose, center, twist, h, is_cut);
         felt
     }
 
@@ -206,12 +207,14 @@ impl Tool {
     }
 
     /// Moves the tool from `pose` for `h` seconds.
-    fn advance(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64) {
+    fn advance(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64, is_cut: bool) {
         let rotation = (DQuat::from_scaled_axis(twist.angular * h) * pose.rotation).normalize();
         let center = center + twist.linear * h;
         self.pose_ba = Some(Pose { rotation, translation: center - rotation * self.center_a });
         self.twist = twist;
-        self.reach.follow(&twist, h);
+        let VirtualCoupling { stiffness, damping, .. } = self.coupling;
+        let gain = REACH_RELEASE * self.limits.force / (stiffness + damping / h);
+        self.reach.follow(&twist, h, is_cut.then_some(gain));
     }
 }
 

@@ -6,14 +6,17 @@
 //!    parts; then half of what they leave, and so on. Without this, a tool that is lifted off would
 //!    be held at surfaces that are not examined yet, although there is work left.
 //!
-//!    If no contact of the last query pressed, the first of these rounds computes the cheapest
-//!    bounds of all due pairs, beyond the quota, and visits those that are nearest. A tool that
-//!    nothing presses may only move as far as due pairs allow.
+//!    A plane between both bodies is searched. If there is none from which they part, and no
+//!    contact of the last query pressed, the first of these rounds computes the cheapest bounds of
+//!    due pairs, beyond the quota, and visits those that are nearest. A tool that nothing presses
+//!    may only move as far as due pairs allow.
 //! 3. If nothing is near, a share of what is left is for pairs that will soon be near.
 //! 4. The rest is for the answers. Each part gets a share by the number of its leaf pairs.
 //!
 //! The division depends on counts of work only, so it is the same for any number of threads.
 
+use super::super::QueryCounters;
+use super::super::query_input::QueryInput;
 use super::{Part, PartSearch, Search, Task};
 use crate::algebra::tolerance::{DUE_ROUNDS, PREPARED_WORK, WORK_ANSWER};
 use crate::algebra::{Quota, Work};
@@ -41,12 +44,14 @@ impl Search {
 
     /// Visits more due pairs while the quota suffices. Then sets the task and the limits of the
     /// answers.
-    pub(super) fn visit_due(&mut self, quota: &Quota<'_>) {
+    pub(super) fn visit_due(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) {
+        self.plane.begin();
         let Some(all) = quota.left() else { return self.parts.each(|part| part.task = Task::Answer) };
         let mut progress = self.progress();
+        let is_free = progress.due == 0 || self.may_part(input, quota, counters);
         for round in 0..DUE_ROUNDS {
             let half = all.saturating_sub(progress.spent + progress.leaves * self.answer_cost) / 2;
-            let task = if round == 0 && !self.pressing { Task::Bound } else { Task::GoOn };
+            let task = if round == 0 && !is_free { Task::Bound } else { Task::GoOn };
             if progress.due == 0 || half == 0 && matches!(task, Task::GoOn) {
                 break;
             }
@@ -64,6 +69,16 @@ impl Search {
         }
         let (left, total) = (all.saturating_sub(progress.spent), progress.leaves);
         self.limit(Task::Answer, |part| divided(left, part.leaves, total));
+    }
+
+    /// Searches the plane between the bodies. Returns true if no due pairs need to be bounded,
+    /// because the bodies press, or part from the plane.
+    fn may_part(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> bool {
+        let before = counters.work();
+        self.plane.search(input, &mut counters.traversal);
+        quota.spend(counters.work() - before);
+        let parts = self.plane.found.is_some_and(|plane| plane.recedes && plane.gap >= input.range().offset);
+        self.pressing || parts
     }
 
     /// Stores the average work of an answer.

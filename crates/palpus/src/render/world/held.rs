@@ -142,7 +142,7 @@ impl Held {
             [at_grip.force.dot(twist.at(to_grip)), at_grip.torque.dot(twist.angular)]
         };
         (self.tick.work_from_other, self.tick.work_from_objects) = (work(given[0]), work(given[1]));
-        self.tick.computed = self.tool.end(pose, center, twist, h);
+        self.tick.computed = self.tool.end(pose, center, twist, h, counters.bounded > 0);
         self.tick.counters.tool = counters;
     }
 

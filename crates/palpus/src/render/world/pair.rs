@@ -10,10 +10,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::super::contact_rows::ContactRows;
+use super::super::reach::{Clearance, PlaneClearance};
 use super::super::surfaces::Surfaces;
 use super::super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
 use crate::algebra::{Clock, Pose, Quota, SpatialMatrix, Twist, Wrench};
-use crate::body::{Body, FeaturePair};
+use crate::body::{Body, FeaturePair, OrientedBox};
 use crate::detect::{Contact, ContactQuery, Helper, QueryCounters, QuerySettings};
 use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 
@@ -150,10 +151,23 @@ impl Pair {
         self.query.unseen_separation()
     }
 
-    /// Returns the lower bound of [`ContactQuery::unexamined_separation`], minus the contact
-    /// offset, m.
-    pub(super) fn unexamined(&self) -> f64 {
-        self.query.unexamined_separation() - self.settings.contact_offset()
+    /// Returns what is known of the parts that the query did not examine, for a motion of body `of`
+    /// (0 or 1). `at` places both bodies.
+    pub(super) fn clearance(&self, of: usize, at: &[Place<'_>; 2]) -> Clearance {
+        let offset = self.settings.contact_offset();
+        let plane = self.query.separating_plane().map(|plane| {
+            let Place { body, pose, center, .. } = &at[of];
+            let away = at[1].pose.vector(plane.normal);
+            let OrientedBox { center: middle, axes, half } =
+                body.hierarchy().node(body.hierarchy().root()).oriented_box;
+            PlaneClearance {
+                away: if of == 0 { away } else { -away },
+                clear: plane.gap - offset,
+                center: pose.point(middle) - *center,
+                half_edges: [0, 1, 2].map(|k| pose.vector(axes.col(k) * half[k])),
+            }
+        });
+        Clearance { all: self.query.unexamined_separation() - offset, plane }
     }
 
     /// Sets the relative pose in the last step, if the pair was last queried in an earlier step.

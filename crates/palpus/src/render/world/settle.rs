@@ -233,7 +233,7 @@ impl World {
                 Role::Free(free) => {
                     // The momentum is not scaled, so the total momentum is conserved.
                     free.set_twist(pose, &part.twist);
-                    free.reach.follow(&twist, h);
+                    free.reach.follow(&twist, h, None);
                     *pose = Free::moved(pose, body.mass().center_of_mass, &twist, h);
                 }
                 Role::Driven(_) | Role::Fixed => {}

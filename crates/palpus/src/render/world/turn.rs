@@ -181,18 +181,22 @@ impl World {
             pair.query(&things[a].place(), &things[b].place(), looked_ahead, &quota, clock);
             // If both bodies move, each may move half of the distance.
             let both = [a, b].iter().all(|&i| things[i].rank() < 2);
-            let clear = pair.unexamined() * if both { 0.5 } else { 1.0 };
-            for i in [a, b] {
+            let part = if both { 0.5 } else { 1.0 };
+            let clear = {
+                let places = [things[a].place(), things[b].place()];
+                [0, 1].map(|of| pair.clearance(of, &places).times(part))
+            };
+            for (i, clear) in [a, b].into_iter().zip(clear) {
                 match &mut things[i].role {
                     Role::Tool(k) => {
                         let Held { tool, tick, .. } = &mut tools[*k];
-                        tool.reach.see(clear);
+                        tool.reach.see(&clear);
                         tick.unseen_separation = tick.unseen_separation.min(pair.unseen_separation());
                         tick.counters.query += pair.counters;
                         tick.times.query += pair.counters.query_ns;
                         tick.times.depth += pair.counters.depth_ns;
                     }
-                    Role::Free(free) => free.reach.see(clear),
+                    Role::Free(free) => free.reach.see(&clear),
                     Role::Driven(_) | Role::Fixed => {}
                 }
             }
