@@ -159,8 +159,8 @@ impl MotionBound {
         self.sum + ((clearance / self.quantum) as u64).min(EXHAUSTED)
     }
 
-    /// Returns the sum at which a pair was due that is now nearer than the tolerance by `missing` (not
-    /// negative, model units); 0 if the sum has never been so low.
+    /// Returns the sum at which a pair was due that is now nearer than the tolerance by `missing`
+    /// (not negative, model units); 0 if the sum has never been so low.
     #[inline]
     pub(super) fn due_since(&self, missing: f64) -> u64 {
         self.sum.saturating_sub(((missing / self.quantum).ceil() as u64).saturating_add(1))

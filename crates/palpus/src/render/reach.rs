@@ -7,10 +7,11 @@
 //!
 //! If the work limit ends the query before it has examined everything, the body may move as far as
 //! it certainly touches nothing else. A plane between the hulls of two bodies allows any motion
-//! along it and away from it. Otherwise the body may only creep in
-//! this step, and the hand pulls it ahead in the next. Then the body would move far in a step, the
-//! query would search farther, and would be ended again. So the bound of a body in contact is
-//! halved after such a query, and then grows slowly.
+//! along the plane and away from it. Otherwise the body may only creep in this step, and the hand
+//! pulls it ahead in the next. Then the body would move far in a step, the query would search
+//! farther, and would be ended again. So the bound of a body in contact is halved after such a
+//! query, and then grows slowly. A body that was held moves on gradually, because the force of the
+//! coupling would otherwise vanish in one step.
 
 use glam::DVec3;
 
