@@ -206,8 +206,8 @@ fn tool_that_is_lifted_off_a_face_is_not_held() {
             unused += u32::from(tick.is_late() && tick.work < work * 3 / 4);
             last = force;
         }
-        // Measured: 1.5 times the allowed work. It was 4.2 times when the gaps of all due pairs were
-        // bounded in each query, also while the gears parted.
+        // Measured: 1.5 times the allowed work. It was 4.2 times when the gaps of all due pairs
+        // were bounded in each query, also while the gears parted.
         assert!(most < 2 * work, "{work}: {most} in a step");
         // Measured: 0.2 N at most. It was 3.4 N when each part of the query had a fixed share of
         // the work, and when unexamined surfaces stopped a motion in any direction.

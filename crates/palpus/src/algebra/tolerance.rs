@@ -1689,8 +1689,8 @@ pub const REACH_GROWTH: f64 = 2.0;
 /// not shrink and grow in every step.
 pub const REACH_FADE: f64 = 0.9;
 
-/// Relative to the device's force limit: largest change of the coupling's force in a step in which a
-/// tool moves on after it was held.
+/// Relative to the device's force limit: largest change of the coupling's force in a step in which
+/// a tool moves on after it was held.
 ///
 /// A tool is held if the work limit ends its query. If it came back to the hand in one step, the
 /// whole force would vanish in this step. With a smaller value, the tool stays behind for longer.

@@ -35,6 +35,5 @@ pub use batch::ContactBatch;
 pub use contact::Contact;
 pub use counters::QueryCounters;
 pub use helper::Helper;
-pub use plane::SeparatingPlane;
 pub use query::ContactQuery;
 pub use settings::{Proof, QuerySettings};

@@ -14,11 +14,11 @@ use crate::collision::{Closest, Proximity, TraversalCounters, initial_features, 
 
 /// Two parallel planes; one body lies beyond the first, the other beyond the second.
 #[derive(Clone, Copy, Debug)]
-pub struct SeparatingPlane {
+pub(crate) struct SeparatingPlane {
     /// Unit normal of the planes, from b into a, in b's frame.
-    pub normal: DVec3,
+    pub(crate) normal: DVec3,
     /// Distance of the planes, model units.
-    pub gap: f64,
+    pub(crate) gap: f64,
     /// True if the distance has not shrunk since the last query.
     pub(super) recedes: bool,
 }

@@ -113,7 +113,7 @@ impl ContactQuery {
 
     /// Returns a plane between both bodies, if the last query skipped pairs and the convex hulls of
     /// the bodies are apart. Then all skipped pairs are apart along its normal, too.
-    pub fn separating_plane(&self) -> Option<SeparatingPlane> {
+    pub(crate) fn separating_plane(&self) -> Option<SeparatingPlane> {
         self.search.plane.found
     }
 

@@ -43,8 +43,8 @@ pub(super) struct PlaneClearance {
 }
 
 impl PlaneClearance {
-    /// Returns a bound on the motion of all points of the body towards the plane in `h` seconds with
-    /// `twist`, m. Negative if all points move away.
+    /// Returns a bound on the motion of all points of the body towards the plane in `h` seconds
+    /// with `twist`, m. Negative if all points move away.
     fn nearer(&self, twist: &Twist, h: f64) -> f64 {
         let lever = twist.angular.cross(self.away);
         let turned = lever.dot(self.center) + self.half_edges.iter().map(|edge| lever.dot(*edge).abs()).sum::<f64>();

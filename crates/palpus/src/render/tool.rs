@@ -159,8 +159,8 @@ impl Tool {
     }
 
     /// Moves the tool with `twist`, the step's solution, and returns the wrench on the device about
-    /// its grip. `pose` and `center` (the centre of mass) are at the beginning of the step. `is_cut`
-    /// is true if [`Reach::share`] allowed only a part of the step.
+    /// its grip. `pose` and `center` (the centre of mass) are at the beginning of the step.
+    /// `is_cut` is true if [`Reach::share`] allowed only a part of the step.
     pub(super) fn end(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64, is_cut: bool) -> Wrench {
         let felt = -self.bond.wrench(&twist, h);
         self.advance(pose, center, twist, h, is_cut);

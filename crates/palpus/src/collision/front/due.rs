@@ -98,10 +98,10 @@ impl Front {
         None
     }
 
-    /// Computes the cheapest bounds of the pairs `due`: the stored bound, and another one if it does
-    /// not exceed `enough` (model units). Their places are far apart in memory. The
-    /// reads of each loop do not depend on each other, so the processor waits for several of them
-    /// at a time. The first loop does little else, so it waits for the most.
+    /// Computes the cheapest bounds of the pairs `due`: the stored bound, and another one if the
+    /// stored bound does not exceed `enough` (model units). The places of the pairs are far apart
+    /// in memory. The reads of each loop do not depend on each other, so the processor waits for
+    /// several of them at a time. The first loop does little else, so it waits for the most.
     pub(super) fn bounds(&self, query: &PlacedPair<'_>, due: &[u32], enough: f64) -> [Known; DUE] {
         let mut known = [Known::NOTHING; DUE];
         let mut measured = [None; DUE];

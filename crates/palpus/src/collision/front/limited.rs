@@ -35,7 +35,7 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
-        let (mut block, blocks, needed) = (0, self.blocks(), self.needed_clearance(query));
+        let (mut block, blocks, needed) = (0, self.blocks(), self.needed_gap(query));
         while block < blocks {
             let mut due = [0; DUE];
             let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
@@ -44,7 +44,7 @@ impl Front {
             for k in 0..count {
                 due[chosen] = due[k];
                 let enough = needed + (query.tolerance - needed) * spread(due[k]);
-                chosen += usize::from(self.clearance(query, due[k]) < enough);
+                chosen += usize::from(self.gap_of_due(query, due[k]) < enough);
             }
             let due = &due[..chosen];
             let known = self.bounds(query, due, needed);
@@ -100,15 +100,16 @@ impl Front {
         }
     }
 
-    /// Returns the clearance that due pairs need so that the bodies can move on as in the last step,
+    /// Returns the gap that due pairs need so that the bodies can move on as in the last step,
     /// model units.
-    fn needed_clearance(&self, query: &PlacedPair<'_>) -> f64 {
+    fn needed_gap(&self, query: &PlacedPair<'_>) -> f64 {
+        // The search goes so far beyond the contact offset.
         let ahead = query.tolerance - query.offset;
         query.offset + (CLEAR_MOTIONS * self.motion_bound.last_motion()).max(CLEAR_LEAST * ahead).min(ahead)
     }
 
     /// Returns a lower bound of the gap of a due pair, model units.
-    fn clearance(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
+    fn gap_of_due(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
         match self.wakes.get(place) {
             0 => f64::NEG_INFINITY,
             wake => query.tolerance - self.motion_bound.since(wake),
@@ -129,7 +130,7 @@ impl Front {
         }
         let wake = self.motion_bound.due_since(query.tolerance - gap);
         self.wakes.set(place, wake.max(self.wakes.get(place)));
-        self.clearance(query, place)
+        self.gap_of_due(query, place)
     }
 
     /// Stores the gap of a pair that was split, as a bound for halves that are not measured yet. An

@@ -158,11 +158,13 @@ impl Front {
     }
 
     /// Returns the length (model units) by which the distance of a pair exceeds the tolerance,
-    /// according to its wake value. `None` if the pair is due or not waiting.
+    /// according to its wake value; negative if the pair is due. `None` if the wake value is no
+    /// bound.
     fn promised(&self, place: u32) -> Option<f64> {
-        let waits = -self.motion_bound.since(self.wakes.get(place));
+        let wake = self.wakes.get(place);
+        let waits = -self.motion_bound.since(wake);
         match self.pairs[place as usize].state {
-            State::Waiting if waits > 0.0 && self.is_in_tree(place) => Some(waits),
+            State::Waiting if wake > 0 && self.is_in_tree(place) => Some(waits),
             State::Sliding if waits >= 0.0 => Some(0.0),
             _ => None,
         }
