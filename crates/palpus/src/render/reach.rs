@@ -67,6 +67,8 @@ pub(super) struct Reach {
     radius: f64,
     /// Separation below which contacts push, m.
     contact_offset: f64,
+    /// Bodies that are not near are farther away than `most` plus this distance, m.
+    spare: f64,
     /// Bound on the motion of all points of the body in the next step, m.
     most: f64,
     /// Bound on `most` that follows from earlier queries that the work limit ended, m. Infinite for
@@ -97,12 +99,14 @@ pub(super) struct MostMotion {
 
 impl Reach {
     /// Returns the bound for a body at rest whose points are within `radius` (m) of its centre of
-    /// mass. Contacts push below a separation of `contact_offset` (m).
-    pub(super) fn new(radius: f64, contact_offset: f64) -> Self {
+    /// mass. Contacts push below a separation of `contact_offset` (m). All bodies that may be
+    /// nearer than the bound plus `spare` (m) are near.
+    pub(super) fn new(radius: f64, contact_offset: f64, spare: f64) -> Self {
         let most = REACH_LEAST * contact_offset;
         Self {
             radius,
             contact_offset,
+            spare,
             most,
             limit: f64::INFINITY,
             clear: f64::INFINITY,
@@ -157,8 +161,11 @@ impl Reach {
         let Some((clear, plane)) = self.apart else { return all };
         let from_plane = part_of(plane.nearer(twist, h), plane.clear.max(0.0));
         match self.others {
-            // There is nothing else that the body could touch.
-            1 => all.min(within(clear.max(creep))).max(from_plane.min(within(self.released))),
+            // There is nothing else near that the body could touch.
+            1 => {
+                let freed = from_plane.min(within(self.released.min(self.most + self.spare)));
+                all.min(within(clear.max(creep))).max(freed)
+            }
             _ => all.min(within(clear.max(creep)).max(from_plane)),
         }
     }
@@ -215,7 +222,7 @@ mod tests {
 
     /// Returns the bound for a body that has moved fast for some steps.
     fn moving() -> Reach {
-        let mut reach = Reach::new(0.1, OFFSET);
+        let mut reach = Reach::new(0.1, OFFSET, 0.1);
         for _ in 0..4 {
             step(&mut reach, true, f64::INFINITY, 1e-3);
         }
@@ -235,7 +242,7 @@ mod tests {
 
     #[test]
     fn body_may_part_from_a_plane_and_slide_along_it() {
-        let mut reach = Reach::new(0.2, OFFSET);
+        let mut reach = Reach::new(0.2, OFFSET, 0.2);
         reach.begin();
         reach.see(&plane(2e-3));
         let share = |reach: &Reach, twist| reach.share(&twist, 1.0);

@@ -104,7 +104,7 @@ impl Tool {
             inertia_a: DMat3::ZERO,
             pose_ba: None,
             twist: Twist::default(),
-            reach: Reach::new(radius(probe), coupling.contact_offset),
+            reach: Reach::new(radius(probe), coupling.contact_offset, radius(probe)),
             anchor: Anchor::AT_GRIP,
             bond: CouplingTerms::default(),
         };

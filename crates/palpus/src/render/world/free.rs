@@ -36,7 +36,7 @@ impl Free {
             inertia: properties.inertia * (mass / properties.volume),
             gyration: properties.inertia * properties.volume.recip(),
             momentum: Wrench::ZERO,
-            reach: Reach::new(radius(body), contact_offset),
+            reach: Reach::new(radius(body), contact_offset, 0.0),
         }
     }
 

@@ -129,7 +129,7 @@ impl World {
             }
             // The hand may be fast and the work limit small. So a tool's pairs are queried as soon
             // as the distance is below the tool's size. Then cached results exist when the bodies
-            // touch.
+            // touch. The tool's bound relies on this distance, too.
             let ahead = if matches!(thing.role, Role::Tool(_)) { radius(&thing.body) } else { 0.0 };
             let margin = self.reach(i, dt).unwrap_or_default().travel + ahead + self.margin;
             if !thing.there {
