@@ -78,4 +78,61 @@ impl Front {
         counters.idle += self.idle_count;
         self.sorted = sorted;
     }
+
+    /// Does step 3 for pairs for which the quota did not suffice in this query.
+    pub(super) fn visit_late(
+        &mut self,
+        query: &PlacedPair<'_>,
+        quota: &Quota<'_>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) {
+        if self.late == 0 || quota.is_spent() {
+            return;
+        }
+        let (resting, idle) = (self.unvisited - self.late, self.idle_count);
+        self.visit_awake(query, self.late, quota, found, counters);
+        self.unvisited += resting;
+        self.idle_count += idle;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::super::Side;
+    use super::super::super::oracle::cuboid;
+    use super::*;
+    use crate::algebra::{Pose, Work};
+    use crate::body::{Hierarchy, Polytope, convex_hull};
+
+    #[test]
+    fn late_pairs_are_visited_if_there_is_work_left() {
+        const COUNT: u32 = 20;
+        let plate = [cuboid(DVec3::new(40.0, 1.0, 1.0))];
+        let piece = |k: u32| {
+            let corners = cuboid(DVec3::splat(0.5)).vertices().to_vec();
+            let points: Vec<_> =
+                corners.iter().map(|corner| *corner + DVec3::X * (2.0 * f64::from(k) - 20.0)).collect();
+            convex_hull(&points, 1e-10).unwrap().into_polytope().unwrap().0
+        };
+        let row: Vec<Polytope> = (0..COUNT).map(piece).collect();
+        let hierarchies = [Hierarchy::build(&plate, 1e-9).unwrap(), Hierarchy::build(&row, 1e-9).unwrap()];
+        let a = Side { hierarchy: &hierarchies[0], pieces: &plate };
+        let b = Side { hierarchy: &hierarchies[1], pieces: &row };
+        let (mut front, mut found) = (Front::new(a, b, 400), LeafPairs::new(100));
+        for (tick, limit) in [None, Some(40), Some(40)].into_iter().enumerate() {
+            let pose_ba = Pose::from_translation(DVec3::new(0.0, 0.0, 1.505 + 1e-4 * tick as f64)).placement();
+            let query = PlacedPair::new(a, b, &pose_ba, 0.01);
+            let mut counters = front.within_quota(&query, &Work::of(limit).all(), &mut found);
+            assert_eq!(found.as_slice().len() + front.late(), COUNT as usize, "{tick}");
+            assert_eq!(front.late() > 0, limit.is_some(), "{tick}");
+            front.go_on(&query, &Work::of(Some(1000)).all(), &mut found, &mut counters);
+            assert_eq!((found.as_slice().len(), front.late()), (COUNT as usize, 0), "{tick}");
+            let mut pieces: Vec<u32> = found.as_slice().iter().map(|pair| pair.piece_b).collect();
+            pieces.sort_unstable();
+            assert_eq!(pieces, (0..COUNT).collect::<Vec<_>>());
+        }
+    }
 }

@@ -11,7 +11,7 @@ use crate::algebra::tolerance::{CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BO
 use crate::algebra::{Placement, Quota, spread};
 
 impl Front {
-    /// Visits more due pairs, up to `quota`. `found` and `counters` are the results of the last
+    /// Visits more due pairs and late pairs, up to `quota`. `found` and `counters` are the results of the last
     /// query, which was at the same pose; more results are added to them.
     pub(crate) fn go_on(
         &mut self,
@@ -21,6 +21,7 @@ impl Front {
         counters: &mut TraversalCounters,
     ) {
         let done = self.wake_due(query, quota, found, counters);
+        self.visit_late(query, quota, found, counters);
         self.finish(query, done, found, counters);
     }
 
@@ -64,6 +65,12 @@ impl Front {
     /// Returns the number of due pairs that the last query did not visit.
     pub(crate) fn still_due(&self) -> u32 {
         self.still_due
+    }
+
+    /// Returns the number of pairs within the tolerance for which the quota of the last query did not
+    /// suffice.
+    pub(crate) fn late(&self) -> usize {
+        self.late
     }
 
     /// Counts what the query left out, and the size of the front. `done` means that all due pairs

@@ -1,10 +1,10 @@
 //! Divides a query's quota of work among its parts and stages.
 //!
 //! 1. Each part gets a share by its work in the last query. Half of it is for due pairs.
-//! 2. If some parts still have due pairs then, they get more. The quota must suffice for the
-//!    answers of the leaf pairs that were found. Of what else is left, half is divided among these
-//!    parts; then half of what they leave, and so on. Without this, a tool that is lifted off would
-//!    be held at surfaces that are not examined yet, although there is work left.
+//! 2. If some parts still have due pairs then, or late ones, they get more. The quota must suffice
+//!    for the answers of the leaf pairs that were found. Of what else is left, half is divided among
+//!    these parts; then half of what they leave, and so on. Without this, a tool that is lifted off
+//!    would be held at surfaces that are not examined yet, although there is work left.
 //!
 //!    A plane between both bodies is searched. If there is none from which they part, and no
 //!    contact of the last query pressed, the first of these rounds computes the cheapest bounds of
@@ -27,6 +27,8 @@ struct Progress {
     spent: u64,
     /// Number of due pairs that are not visited.
     due: u64,
+    /// Number of other pairs that are not visited.
+    late: u64,
     /// Number of leaf pairs that were found.
     leaves: u64,
     /// Number of parts that could split pairs that will soon be near.
@@ -52,11 +54,11 @@ impl Search {
         for round in 0..DUE_ROUNDS {
             let half = all.saturating_sub(progress.spent + progress.leaves * self.answer_cost) / 2;
             let task = if round == 0 && !is_free { Task::Bound } else { Task::GoOn };
-            if progress.due == 0 || half == 0 && matches!(task, Task::GoOn) {
+            let total = progress.due + progress.late;
+            if total == 0 || half == 0 && matches!(task, Task::GoOn) {
                 break;
             }
-            let total = progress.due;
-            self.limit(task, |part| divided(half, part.due, total));
+            self.limit(task, |part| divided(half, part.due + part.late, total));
             self.round();
             progress = self.progress();
         }
@@ -96,9 +98,10 @@ impl Search {
     fn progress(&self) -> Progress {
         let mut all = Progress::default();
         self.parts.each(|part| {
-            let Progress { spent, due, leaves, preparing } = Progress::of(part);
+            let Progress { spent, due, late, leaves, preparing } = Progress::of(part);
             all.spent += spent;
             all.due += due;
+            all.late += late;
             all.leaves += leaves;
             all.preparing += preparing;
         });
@@ -121,6 +124,7 @@ impl Progress {
         Self {
             spent: part.work.spent(),
             due: u64::from(front.still_due()),
+            late: front.late() as u64,
             leaves: leaves.as_slice().len() as u64,
             preparing: u64::from(front.is_preparing()),
         }
