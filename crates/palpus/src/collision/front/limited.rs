@@ -11,8 +11,8 @@ use crate::algebra::tolerance::{CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BO
 use crate::algebra::{Placement, Quota, spread};
 
 impl Front {
-    /// Visits more due pairs and late pairs, up to `quota`. `found` and `counters` are the results of the last
-    /// query, which was at the same pose; more results are added to them.
+    /// Visits more due pairs and late pairs, up to `quota`. `found` and `counters` are the results
+    /// of the last query, which was at the same pose; more results are added to them.
     pub(crate) fn go_on(
         &mut self,
         query: &PlacedPair<'_>,
@@ -67,8 +67,8 @@ impl Front {
         self.still_due
     }
 
-    /// Returns the number of pairs within the tolerance for which the quota of the last query did not
-    /// suffice.
+    /// Returns the number of pairs within the tolerance for which the quota of the last query did
+    /// not suffice.
     pub(crate) fn late(&self) -> usize {
         self.late
     }

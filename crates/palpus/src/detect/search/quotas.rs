@@ -2,9 +2,9 @@
 //!
 //! 1. Each part gets a share by its work in the last query. Half of it is for due pairs.
 //! 2. If some parts still have due pairs then, or late ones, they get more. The quota must suffice
-//!    for the answers of the leaf pairs that were found. Of what else is left, half is divided among
-//!    these parts; then half of what they leave, and so on. Without this, a tool that is lifted off
-//!    would be held at surfaces that are not examined yet, although there is work left.
+//!    for the answers of the leaf pairs that were found. Of what else is left, half is divided
+//!    among these parts; then half of what they leave, and so on. Without this, a tool that is
+//!    lifted off would be held at surfaces that are not examined yet, although there is work left.
 //!
 //!    A plane between both bodies is searched. If there is none from which they part, and no
 //!    contact of the last query pressed, the first of these rounds computes the cheapest bounds of
