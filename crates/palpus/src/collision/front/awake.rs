@@ -90,8 +90,14 @@ impl Front {
         if self.late == 0 || quota.is_spent() {
             return;
         }
-        let (resting, idle) = (self.unvisited - self.late, self.idle_count);
-        self.visit_awake(query, self.late, quota, found, counters);
+        let (count, resting, idle) = (self.late, self.unvisited - self.late, self.idle_count);
+        let all = self.awake.len();
+        self.visit_awake(query, count, quota, found, counters);
+        if self.unvisited == 0 {
+            // The pairs at rest come first again.
+            let kept = count + self.awake.len() - all;
+            self.awake.rotate_left(kept);
+        }
         self.unvisited += resting;
         self.idle_count += idle;
     }
