@@ -20,7 +20,7 @@ pub(crate) struct SeparatingPlane {
     /// Distance of the planes, model units.
     pub(crate) gap: f64,
     /// True if the distance has not shrunk since the last query.
-    pub(super) recedes: bool,
+    recedes: bool,
 }
 
 /// Searches the plane, from the result of the last search.
@@ -58,6 +58,12 @@ impl PlaneSearch {
             let recedes = before.is_some_and(|before| before <= gap);
             self.found = Some(SeparatingPlane { normal, gap, recedes });
         }
+    }
+
+    /// Returns true if the bodies part from the plane, and their distance from each other is at
+    /// least `offset` (model units).
+    pub(super) fn is_receding(&self, offset: f64) -> bool {
+        self.found.is_some_and(|plane| plane.recedes && plane.gap >= offset)
     }
 
     /// Ends a query at this placement of a.

@@ -104,9 +104,9 @@ impl ContactQuery {
         self.search.unseen_separation()
     }
 
-    /// Returns the least separation of the skipped pairs that were beyond the tolerance at their
-    /// last visit. Pairs within the tolerance, whose contacts are extrapolated or dropped, do not
-    /// count.
+    /// Returns a lower bound of the separation of the skipped pairs that were beyond the tolerance
+    /// at their last visit, from what is known of these pairs and from the distance of the convex
+    /// hulls. Pairs within the tolerance, whose contacts are extrapolated or dropped, do not count.
     pub fn unexamined_separation(&self) -> f64 {
         self.search.unexamined_separation()
     }

@@ -36,7 +36,7 @@
 use super::Limits;
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_ALIGNMENT_LEAD, COUPLING_LEAD, COUPLING_SAMPLED,
-    COUPLING_STRETCH, COUPLING_TURN, TOOL_OFFSET, TOOL_SINKS,
+    COUPLING_STRETCH, COUPLING_TURN, REACH_RELEASE, TOOL_OFFSET, TOOL_SINKS,
 };
 
 /// The springs and dampers between the grips of device and tool, for translation and for rotation,
@@ -99,6 +99,13 @@ impl VirtualCoupling {
     pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
         let stiffness = limits.force / (TOOL_SINKS * TOOL_OFFSET * contact_tolerance);
         (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
+    }
+
+    /// Returns by how much the motion of a tool that was held may grow from one step of `h` seconds
+    /// to the next, m. Infinite if the device gives no force, so that nothing is felt.
+    pub(super) fn release(&self, limits: &Limits, h: f64) -> f64 {
+        let change = REACH_RELEASE * limits.force;
+        if change > 0.0 { change / (self.stiffness + self.damping / h) } else { f64::INFINITY }
     }
 
     /// Returns a softer coupling. In series with contacts of `hard` (N/m), it is as stiff as this

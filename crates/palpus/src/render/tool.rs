@@ -47,7 +47,6 @@ use glam::{DMat3, DQuat, DVec3};
 use super::anchor::Anchor;
 use super::reach::Reach;
 use super::{Limits, ProbeState, Settings, VirtualCoupling};
-use crate::algebra::tolerance::REACH_RELEASE;
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
 
@@ -213,9 +212,7 @@ impl Tool {
         let center = center + twist.linear * h;
         self.pose_ba = Some(Pose { rotation, translation: center - rotation * self.center_a });
         self.twist = twist;
-        let VirtualCoupling { stiffness, damping, .. } = self.coupling;
-        let gain = REACH_RELEASE * self.limits.force / (stiffness + damping / h);
-        self.reach.follow(&twist, h, is_cut.then_some(gain));
+        self.reach.follow(&twist, h, is_cut.then(|| self.coupling.release(&self.limits, h)));
     }
 }
 

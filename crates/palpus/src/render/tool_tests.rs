@@ -15,6 +15,17 @@ const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
 /// The box's half sizes, m. The origin of its frame and its grip are in its middle.
 const HALF: DVec3 = DVec3::new(0.03, 0.02, 0.015);
 
+#[test]
+fn tool_that_was_held_returns_with_a_bounded_change_of_the_force() {
+    let coupling = VirtualCoupling::tuned(&LIMITS, DT, 1e-3);
+    let gain = coupling.release(&LIMITS, DT);
+    let change = gain * (coupling.stiffness + coupling.damping / DT);
+    assert!(change > 0.0 && change < 0.05 * LIMITS.force, "{change}");
+    // A device that gives no force does not hold its tool back.
+    let none = Limits { force: 0.0, ..LIMITS };
+    assert_eq!(VirtualCoupling::tuned(&none, DT, 1e-3).release(&none, DT), f64::INFINITY);
+}
+
 fn cuboid(low: DVec3, high: DVec3) -> Arc<Body> {
     let corner = |k: u32| DVec3::select(glam::BVec3::new(k & 1 != 0, k & 2 != 0, k & 4 != 0), high, low);
     let mut soup = PolygonSoup::new();

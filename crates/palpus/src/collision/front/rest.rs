@@ -30,8 +30,8 @@ impl Rest {
     pub(super) const NONE: Self = Self { pieces: [u32::MAX; 2], since: 0, length: 0.0, least: 0.0 };
 }
 
-/// Returns the share of its wait that the pair at `place` gets, so that pairs which begin to wait in
-/// the same query are not all due in the same query.
+/// Returns the share of its wait that the pair at `place` gets, so that pairs which begin to wait
+/// in the same query are not all due in the same query.
 pub(super) fn own_share(place: u32) -> f64 {
     1.0 - REST_SPREAD * spread(place)
 }

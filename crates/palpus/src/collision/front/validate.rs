@@ -70,6 +70,10 @@ impl Front {
         if self.fresh <= VALIDATED_PLACES {
             self.validate_places()?;
         }
+        let resting = self.awake.get(self.late..self.unvisited).unwrap_or(&[]);
+        if let Some(&place) = resting.iter().find(|&&place| !self.is_at_rest(place)) {
+            return Err(FrontFault::Awake(place));
+        }
         // Each query checks another window: the motion bound's sum is used as a random number.
         let begin = (self.motion_bound.sum() % u64::from(self.fresh)) as u32;
         let window = (0..self.fresh.min(VALIDATED_PLACES)).map(|k| (begin + k) % self.fresh);

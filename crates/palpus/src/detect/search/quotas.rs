@@ -6,10 +6,10 @@
 //!    among these parts; then half of what they leave, and so on. Without this, a tool that is
 //!    lifted off would be held at surfaces that are not examined yet, although there is work left.
 //!
-//!    A plane between both bodies is searched. If there is none from which they part, and no
-//!    contact of the last query pressed, the first of these rounds computes the cheapest bounds of
-//!    due pairs, beyond the quota, and visits those that are nearest. A tool that nothing presses
-//!    may only move as far as due pairs allow.
+//!    If pairs are still due, a plane between both bodies is searched. If no contact of the last
+//!    query pressed, and the bodies do not part from such a plane, the first of these rounds
+//!    computes the cheapest bounds of due pairs, beyond the quota, and visits those that are
+//!    nearest. A tool that nothing presses may only move as far as due pairs allow.
 //! 3. If nothing is near, a share of what is left is for pairs that will soon be near.
 //! 4. The rest is for the answers. Each part gets a share by the number of its leaf pairs.
 //!
@@ -50,10 +50,13 @@ impl Search {
         self.plane.begin();
         let Some(all) = quota.left() else { return self.parts.each(|part| part.task = Task::Answer) };
         let mut progress = self.progress();
-        let is_free = progress.due == 0 || self.may_part(input, quota, counters);
+        if progress.due > 0 {
+            self.search_plane(input, quota, counters);
+        }
+        let is_held = progress.due > 0 && !self.pressing && !self.plane.is_receding(input.range().offset);
         for round in 0..DUE_ROUNDS {
             let half = all.saturating_sub(progress.spent + progress.leaves * self.answer_cost) / 2;
-            let task = if round == 0 && !is_free { Task::Bound } else { Task::GoOn };
+            let task = if round == 0 && is_held { Task::Bound } else { Task::GoOn };
             let total = progress.due + progress.late;
             if total == 0 || half == 0 && matches!(task, Task::GoOn) {
                 break;
@@ -73,14 +76,11 @@ impl Search {
         self.limit(Task::Answer, |part| divided(left, part.leaves, total));
     }
 
-    /// Searches the plane between the bodies. Returns true if no due pairs need to be bounded,
-    /// because the bodies press, or part from the plane.
-    fn may_part(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> bool {
+    /// Searches the plane between the bodies.
+    fn search_plane(&mut self, input: &QueryInput<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) {
         let before = counters.work();
         self.plane.search(input, &mut counters.traversal);
         quota.spend(counters.work() - before);
-        let parts = self.plane.found.is_some_and(|plane| plane.recedes && plane.gap >= input.range().offset);
-        self.pressing || parts
     }
 
     /// Stores the average work of an answer.
