@@ -50,6 +50,8 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
+
 use super::tilt::{TiltShares, Tilted};
 use crate::algebra::tolerance::{SAMPLE_EXCESS, SAMPLE_FULL_EXCESS};
 use crate::algebra::{Directions, LANES};
@@ -137,9 +139,11 @@ impl LoadSharing {
         self.counts.extend(contacts.iter().zip(tilts).map(|(contact, tilt)| contact.count * tilt));
         self.look(contacts);
         self.shares.clear();
+        let mut share = OfDirection::new();
         for (one, &count) in contacts.iter().zip(&self.counts) {
-            let share = if count > 0.0 { count * self.share(one, ahead) } else { 0.0 };
-            self.shares.push(share);
+            let whole =
+                if count > 0.0 { share.of(one.direction, |direction| self.share(direction, ahead)) } else { 0.0 };
+            self.shares.push(count * whole);
         }
         &self.shares
     }
@@ -152,13 +156,17 @@ impl LoadSharing {
         contacts: &'a [Tilted],
         bears: impl Fn(f64, f64) -> f64 + Copy + 'a,
     ) -> impl Iterator<Item = f64> + 'a {
+        let mut share = OfDirection::new();
         contacts.iter().zip(&self.counts).map(move |(one, &count)| {
             let alone = bears(one.engagement, one.separation);
             if count <= 0.0 || alone <= 0.0 {
                 return 0.0;
             }
-            let (most, sum) = felt(one, &self.seen, |four, k| bears(four.engagement[k], four.separation[k]));
-            alone * count * (most / sum)
+            let share = share.of(one.direction, |direction| {
+                let (most, sum) = felt(direction, &self.seen, |four, k| bears(four.engagement[k], four.separation[k]));
+                most / sum
+            });
+            alone * count * share
         })
     }
 
@@ -182,33 +190,57 @@ impl LoadSharing {
     }
 
     /// Step 2: returns the greatest κ w of all contacts divided by the sum of κ α w, for the
-    /// direction of `one`.
-    fn share(&self, one: &Tilted, ahead: f64) -> f64 {
-        let (most, sum) = felt(one, &self.pushing, |four, k| four.engagement[k]);
+    /// `direction` of a contact.
+    fn share(&self, direction: DVec3, ahead: f64) -> f64 {
+        let (most, sum) = felt(direction, &self.pushing, |four, k| four.engagement[k]);
         if most > 0.0 {
             // The sum is 0 only if no contact counts; then the contact keeps its own load.
             return if sum > 0.0 { most / sum } else { 1.0 };
         }
-        let mut nearest = one.separation;
+        let mut nearest = f64::INFINITY;
         for four in &self.seen {
-            let alike = four.directions.alike(one.direction);
+            let alike = four.directions.alike(direction);
             for (alike, separation) in alike.into_iter().zip(four.separation) {
                 nearest = if alike > 0.0 { nearest.min(separation) } else { nearest };
             }
         }
-        let (most, sum) = felt(one, &self.seen, |four, k| (nearest + ahead - four.separation[k]).max(0.0));
+        let (most, sum) = felt(direction, &self.seen, |four, k| (nearest + ahead - four.separation[k]).max(0.0));
         if sum > 0.0 { most / sum } else { 1.0 }
     }
 }
 
+/// A result for a contact's direction. Contacts on one flat face have the same direction and follow
+/// each other, so the result is computed once for all of them.
+struct OfDirection {
+    last: Option<(DVec3, f64)>,
+}
+
+impl OfDirection {
+    fn new() -> Self {
+        Self { last: None }
+    }
+
+    /// Returns the result of `compute` for `direction`.
+    fn of(&mut self, direction: DVec3, compute: impl FnOnce(DVec3) -> f64) -> f64 {
+        match self.last {
+            Some((last, result)) if last == direction => result,
+            _ => {
+                let result = compute(direction);
+                self.last = Some((direction, result));
+                result
+            }
+        }
+    }
+}
+
 /// Returns the greatest κ m w and the sum of κ α w of `others`, where m is [`presence`] and w is
-/// `engagement` of a contact, given its group and its lane.
+/// `engagement` of a contact, given its group and its lane. κ is for `direction`.
 #[inline]
-fn felt(one: &Tilted, others: &[ContactLanes], engagement: impl Fn(&ContactLanes, usize) -> f64) -> (f64, f64) {
+fn felt(direction: DVec3, others: &[ContactLanes], engagement: impl Fn(&ContactLanes, usize) -> f64) -> (f64, f64) {
     // The order of the sum is always the same.
     let (mut sums, mut most) = ([0.0; LANES], [0.0; LANES]);
     for four in others {
-        let alike = four.directions.alike(one.direction);
+        let alike = four.directions.alike(direction);
         for k in 0..LANES {
             let size = alike[k] * engagement(four, k);
             sums[k] += four.count[k] * size;
