@@ -1916,3 +1916,13 @@ pub const DRIVEN_PERIOD: f64 = 1.0 / 60.0;
 /// The value is six periods of the slowest usual host (60 Hz). With a longer time, a robot whose
 /// program hangs keeps pushing; with a shorter one, the user feels a late update.
 pub const DRIVEN_PATIENCE: f64 = 0.1;
+
+/// s: a group of free bodies that has been still for this time sleeps, if it lies on a fixed body.
+///
+/// A body that tips over begins slowly: from a tenth of [`SLEEP_MOTION`] it takes some tenths of a
+/// second to move visibly. Physics engines use 0.4 to 2 s.
+pub const SLEEP_AFTER: f64 = 0.5;
+
+/// Relative to the contact offset: a free body is still while no point of it has moved farther than
+/// this. With an offset of 0.02 mm, this is 1 µm.
+pub const SLEEP_MOTION: f64 = 0.05;

@@ -98,6 +98,11 @@ pub(super) struct MostMotion {
 }
 
 impl Reach {
+    /// Returns the largest distance of a point of the body from its centre of mass, m.
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
     /// Returns the bound for a body at rest whose points are within `radius` (m) of its centre of
     /// mass. Contacts push below a separation of `contact_offset` (m). All bodies that may be
     /// nearer than the bound plus `spare` (m) are near.

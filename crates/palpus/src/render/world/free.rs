@@ -8,6 +8,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::super::reach::Reach;
 use super::super::tool::radius;
+use super::stillness::Stillness;
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
 
@@ -24,6 +25,7 @@ pub(super) struct Free {
     /// Momentum, N·s, and N·m·s about the centre of mass.
     pub(super) momentum: Wrench,
     pub(super) reach: Reach,
+    pub(super) stillness: Stillness,
 }
 
 impl Free {
@@ -37,6 +39,7 @@ impl Free {
             gyration: properties.inertia * properties.volume.recip(),
             momentum: Wrench::ZERO,
             reach: Reach::new(radius(body), contact_offset, 0.0),
+            stillness: Stillness::NONE,
         }
     }
 

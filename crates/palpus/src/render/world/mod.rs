@@ -33,7 +33,8 @@
 //!    devices' poses. Driven bodies move on ([`World::drive`]).
 //! 2. *Near*: find the bodies that may touch, by axis-aligned boxes (`broad.rs`).
 //! 3. *Query* and *force*: compute contacts and forces separately for each pair of near bodies
-//!    (`pair.rs`).
+//!    (`pair.rs`). Free bodies that lie still sleep: their contacts stay as they were, and no step
+//!    moves them, until another body has a contact with them (`sleep.rs`).
 //! 4. *Step*: one implicit step moves each group of touching bodies (`solve.rs`). The step is
 //!    linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right-hand side of
 //!    body i alone (a tool's coupling, a free body's mass and weight). K and l are the matrix and
@@ -67,7 +68,9 @@ mod line_search;
 mod object;
 mod pair;
 mod settle;
+mod sleep;
 mod solve;
+mod stillness;
 #[cfg(test)]
 mod tests;
 mod tools;
@@ -146,6 +149,8 @@ pub struct WorldCounters {
     pub reset: u32,
     /// Number of driven bodies whose last update is too old.
     pub overdue: u32,
+    /// Number of free bodies that lie still, so that the step does not move them.
+    pub asleep: u32,
 }
 
 /// No pair.
@@ -228,6 +233,7 @@ impl World {
     /// counts as zero.
     pub fn set_gravity(&mut self, gravity: DVec3) {
         self.gravity = if gravity.is_finite() { gravity } else { DVec3::ZERO };
+        self.wake_all();
     }
 
     /// Sets the pose and the velocity of a driven body (m/s and rad/s; the linear part is the
@@ -262,6 +268,7 @@ impl World {
         (thing.last, thing.twist) = (None, Twist::default());
         thing.set_pose(pose);
         self.boxed_with = f64::NAN;
+        self.wake_all();
         for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&body.0)) {
             pair.clear();
         }
@@ -271,9 +278,14 @@ impl World {
     /// Sets the velocity of a free body (m/s and rad/s, of its centre of mass). Returns false if
     /// the body is not free, or if the velocity or its momentum is not finite.
     pub fn throw(&mut self, body: BodyId, twist: Twist) -> bool {
-        let Some(WorldBody { role: Role::Free(free), pose, .. }) = self.things.get_mut(body.0) else { return false };
+        let Some(thing) = self.things.get_mut(body.0) else { return false };
+        let WorldBody { role: Role::Free(free), pose, .. } = thing else { return false };
         let is_finite = twist.angular.is_finite() && twist.linear.is_finite();
-        is_finite && free.set_twist(pose, &twist)
+        let is_thrown = is_finite && free.set_twist(pose, &twist);
+        if is_thrown {
+            thing.wake();
+        }
+        is_thrown
     }
 
     /// Returns the pose of a body in the world. For a tool with a coupling, this is the tool's
@@ -349,11 +361,13 @@ impl World {
             // The next step would begin its rounds with this twist.
             thing.part.twist = Twist::default();
         }
+        self.wake_all();
     }
 
     fn add_thing(&mut self, body: Arc<Body>, role: Role, pose: Pose) -> BodyId {
         let number = self.things.len();
         self.boxed_with = f64::NAN;
+        self.wake_all();
         self.broad.add();
         self.islands.add();
         let center = pose.point(body.mass().center_of_mass);

@@ -7,6 +7,7 @@ use super::free::Free;
 use super::held::Held;
 use super::object::{Role, WorldBody};
 use super::pair::{Pair, relative_twist};
+use super::stillness::Stillness;
 use super::{NONE, World};
 use crate::algebra::tolerance::COUPLING_ROUNDS;
 use crate::algebra::{SpatialMatrix, Twist, Wrench};
@@ -234,6 +235,9 @@ impl World {
                     // The momentum is not scaled, so the total momentum is conserved.
                     free.set_twist(pose, &part.twist);
                     free.reach.follow(&twist, h, None);
+                    if share < 1.0 {
+                        free.stillness = Stillness::NONE;
+                    }
                     *pose = Free::moved(pose, body.mass().center_of_mass, &twist, h);
                 }
                 Role::Driven(_) | Role::Fixed => {}

@@ -2,6 +2,7 @@
 
 mod facets;
 mod hosts;
+mod sleeping;
 mod sticking;
 mod swinging;
 
@@ -63,6 +64,14 @@ fn run(world: &mut World, ticks: u32) {
     }
 }
 
+/// Runs steps in which no body sleeps.
+fn run_awake(world: &mut World, ticks: u32) {
+    for _ in 0..ticks {
+        world.wake_all();
+        world.step(&[], DT, &NoClock);
+    }
+}
+
 fn speed(world: &World, body: BodyId) -> f64 {
     let Twist { angular, linear } = world.twist(body);
     linear.length() + 0.02 * angular.length()
@@ -79,9 +88,9 @@ fn block_and_stack_come_to_rest() {
                 world.add(Object::free(body.clone(), pose, 700.0)).unwrap()
             })
             .collect();
-        run(&mut world, 1000);
+        run_awake(&mut world, 1000);
         let before: Vec<_> = blocks.iter().map(|&block| world.pose(block)).collect();
-        run(&mut world, 2000);
+        run_awake(&mut world, 2000);
         for (&block, before) in blocks.iter().zip(&before) {
             let drift = world.pose(block).translation.distance(before.translation);
             assert!(drift < 1e-9, "{count} blocks: {drift} m in two seconds");
@@ -104,7 +113,7 @@ fn block_and_stack_rest_for_ten_minutes() {
         let pose = |k: u32| at(0.002 * f64::from(k), 0.0, 0.0201 + 0.0402 * f64::from(k));
         let blocks: Vec<_> =
             (0..count).map(|k| world.add(Object::free(body.clone(), pose(k), 700.0)).unwrap()).collect();
-        run(&mut world, 1000);
+        run_awake(&mut world, 1000);
         // Bound of the energy above rest, J. The kinetic energy is overestimated, since a cube's
         // radius of inertia is less than 0.02 m.
         let energy = |world: &World| -> f64 {
@@ -114,7 +123,7 @@ fn block_and_stack_rest_for_ten_minutes() {
         let before: Vec<_> = blocks.iter().map(|&block| world.pose(block)).collect();
         let begin = energy(&world);
         for minute in 0..10 {
-            run(&mut world, 60_000);
+            run_awake(&mut world, 60_000);
             let gained = energy(&world) - begin;
             assert!(gained < 1e-12, "{count} blocks, minute {minute}: {gained} J");
             for (&block, before) in blocks.iter().zip(&before) {

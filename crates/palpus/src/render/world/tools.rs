@@ -56,6 +56,7 @@ impl World {
             return refused("shading.crease_angle", shading.crease_angle, "the prepared crease angle");
         }
         let thing = held.thing;
+        self.wake_all();
         self.tools[tool.0].set_settings(&self.things[thing].body, settings);
         self.margin = self.margin.max(settings.contact_tolerance);
         for k in 0..self.pairs.len() {

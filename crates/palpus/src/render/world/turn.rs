@@ -29,6 +29,7 @@ impl World {
         self.show();
         let forced = clock.now_ns();
         self.settle(dt);
+        self.fall_asleep(dt);
         self.ring(dt);
         let coupled = clock.now_ns();
         self.tools.iter_mut().filter(|held| self.things[held.thing].there).for_each(Held::saturate);
@@ -62,7 +63,7 @@ impl World {
                 }
                 Role::Free(free) => {
                     free.reach.begin();
-                    thing.part.begin(h > 0.0);
+                    thing.part.begin(h > 0.0 && !free.stillness.is_asleep);
                     thing.set_pose(thing.pose);
                 }
                 Role::Tool(k) => {
@@ -161,11 +162,34 @@ impl World {
         self.counters.pairs = self.near.len() as u32;
     }
 
-    /// Queries contacts and depths of all near pairs.
+    /// Queries contacts and depths of all near pairs of which a body may move. A contact wakes
+    /// sleeping bodies, which have other pairs.
     fn query(&mut self, dt: f64, clock: &impl Clock) {
         let work = Work::of(self.allowed);
+        loop {
+            self.query_active(&work, dt, clock);
+            if !self.wake_touched(dt) {
+                break;
+            }
+        }
+        for held in &mut self.tools {
+            (held.tick.work, held.tick.work_allowed) = (work.spent(), self.allowed);
+        }
+    }
+
+    /// Queries the near pairs of active bodies that were not yet queried in this step.
+    fn query_active(&mut self, work: &Work, dt: f64, clock: &impl Clock) {
         let begin = self.steps.checked_sub(1);
-        for (turn, k) in self.near.iter().map(|&k| k as usize).enumerate() {
+        let is_due = |k: u32| {
+            let pair = &self.pairs[k as usize];
+            pair.looked_at != Some(self.steps) && pair.bodies.iter().any(|&i| self.things[i].is_active())
+        };
+        let mut left = self.near.iter().filter(|&&k| is_due(k)).count() as u64;
+        for k in self.near.iter().map(|&k| k as usize) {
+            let pair = &self.pairs[k];
+            if pair.looked_at == Some(self.steps) || !pair.bodies.iter().any(|&i| self.things[i].is_active()) {
+                continue;
+            }
             let looked_ahead = self.looked_ahead(&self.pairs[k], dt);
             let pair = &mut self.pairs[k];
             let [a, b] = pair.bodies;
@@ -177,7 +201,8 @@ impl World {
                 pair.came_from(&relative(&last_a, &last_b));
             }
             pair.looked_at = Some(self.steps);
-            let quota = work.share((self.near.len() - turn) as u64);
+            let quota = work.share(left);
+            left -= 1;
             pair.query(&things[a].place(), &things[b].place(), looked_ahead, &quota, clock);
             // If both bodies move, each may move half of the distance.
             let both = [a, b].iter().all(|&i| things[i].rank() < 2);
@@ -201,9 +226,6 @@ impl World {
                 }
             }
         }
-        for held in &mut self.tools {
-            (held.tick.work, held.tick.work_allowed) = (work.spent(), self.allowed);
-        }
     }
 
     /// Computes the forces of all near pairs.
@@ -212,7 +234,10 @@ impl World {
             let pair = &mut self.pairs[k];
             let [a, b] = pair.bodies;
             let implicit = self.things[a].part.is_moved || self.things[b].part.is_moved;
-            pair.force(&self.things[a].place(), &self.things[b].place(), dt, implicit);
+            // The forces between bodies that sleep stay as they were.
+            if pair.looked_at == Some(self.steps) {
+                pair.force(&self.things[a].place(), &self.things[b].place(), dt, implicit);
+            }
             if pair.is_touching() {
                 self.counters.touching += 1;
                 self.things[a].part.is_touched = true;
