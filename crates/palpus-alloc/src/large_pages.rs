@@ -8,6 +8,15 @@
 use std::io;
 use std::ops::Range;
 
+/// Which memory is moved to large pages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// All memory, also what the process has reserved and never used. The system provides it now.
+    All,
+    /// The large pages of which the process has used at least half.
+    Used,
+}
+
 /// Moves the anonymous memory of this process (heap, large blocks, stacks of threads) to large
 /// pages, as far as the system has them. Returns the number of bytes that are now in large pages.
 ///
@@ -18,12 +27,15 @@ use std::ops::Range;
 /// # Errors
 /// The system's error, if no memory could be moved. On other systems than Linux, and on Linux
 /// before 6.1, large pages are not available in this way.
-pub fn use_large_pages() -> io::Result<usize> {
+pub fn use_large_pages(extent: Extent) -> io::Result<usize> {
     let size = system::large_page()?;
     let mut bytes = 0;
     let mut refused = None;
     for Range { start, end } in whole_pages(&system::memory()?, size) {
         for page in (start..end).step_by(size) {
+            if extent == Extent::Used && !system::is_used(page, size) {
+                continue;
+            }
             match system::collapse(page, size) {
                 Ok(()) => bytes += size,
                 Err(error) => refused = Some(error),
@@ -68,6 +80,16 @@ mod system {
         std::fs::read_to_string("/proc/self/maps")
     }
 
+    /// Returns true if the process has used at least half of the `size` bytes from `start`. Memory
+    /// of which nothing is known counts as used.
+    pub(super) fn is_used(start: usize, size: usize) -> bool {
+        // No page is smaller.
+        let mut pages = vec![0; size / 4096];
+        // SAFETY: the call reads nothing from the range, and writes one byte for each of its pages.
+        let answer = unsafe { libc::mincore(std::ptr::without_provenance_mut(start), size, pages.as_mut_ptr()) };
+        answer != 0 || 2 * pages.iter().filter(|page| **page & 1 == 1).count() >= pages.len()
+    }
+
     /// Moves the memory from `start` to one large page of `size` bytes.
     pub(super) fn collapse(start: usize, size: usize) -> io::Result<()> {
         // SAFETY: the call moves memory to other pages and changes neither its contents nor its
@@ -87,6 +109,10 @@ mod system {
 
     pub(super) fn memory() -> io::Result<String> {
         Err(io::ErrorKind::Unsupported.into())
+    }
+
+    pub(super) fn is_used(_: usize, _: usize) -> bool {
+        false
     }
 
     pub(super) fn collapse(_: usize, _: usize) -> io::Result<()> {
@@ -127,9 +153,22 @@ not a line of memory";
         let block: Vec<usize> = (0..2_000_000).collect();
         let place = block.as_ptr();
         // Without large pages, the call fails and changes nothing.
-        let moved = use_large_pages();
+        let moved = use_large_pages(Extent::All);
         assert_eq!(block.as_ptr(), place);
         assert!(block.iter().enumerate().all(|(k, &value)| k == value));
         assert!(moved.is_err() || cfg!(target_os = "linux"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn memory_that_was_never_used_is_told_from_used_memory() {
+        const PAGE: usize = 2 << 20;
+        let mut block = Vec::<u8>::with_capacity(16 * PAGE);
+        let from = block.as_ptr().addr().next_multiple_of(PAGE);
+        block.push(1);
+        let last = from + 14 * PAGE;
+        assert!(!system::is_used(last, PAGE));
+        block.resize(16 * PAGE, 1);
+        assert!(system::is_used(last, PAGE));
     }
 }

@@ -7,7 +7,7 @@
 
 mod large_pages;
 
-pub use large_pages::use_large_pages;
+pub use large_pages::{Extent, use_large_pages};
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

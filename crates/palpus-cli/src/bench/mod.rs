@@ -57,7 +57,7 @@ const TICK: f64 = 1e-3;
 /// Moves the memory to large pages, as `palpus run` does before its loop starts. If the system
 /// refuses, the benchmark runs with small pages, as the loop would.
 fn use_large_pages() {
-    let _ = palpus_alloc::use_large_pages();
+    let _ = palpus_alloc::use_large_pages(palpus_alloc::Extent::All);
 }
 
 /// Returns a renderer's settings with this tolerance: the settings of `palpus run`, without a

@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use palpus_alloc::Extent;
 use rustix::io::Errno;
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getpid, getrlimit};
@@ -49,7 +50,8 @@ fn set_priority(priority: u8) -> Result<(), String> {
 }
 
 pub(super) fn use_large_pages() -> Claimed {
-    match palpus_alloc::use_large_pages() {
+    let extent = if too_much_reserved().is_some() { Extent::Used } else { Extent::All };
+    match palpus_alloc::use_large_pages(extent) {
         Ok(bytes) => Claimed::Granted(format!("{} MB", bytes >> 20)),
         Err(error) => Claimed::Refused {
             why: error.to_string(),
@@ -61,11 +63,17 @@ pub(super) fn use_large_pages() -> Claimed {
 pub(super) fn lock_memory() -> Claimed {
     // Under a memory limit, the `FUTURE` flag would make later allocations fail.
     let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());
-    let flags = match limit {
+    let mut flags = match limit {
         Some(_) => MlockAllFlags::CURRENT,
         None => MlockAllFlags::CURRENT | MlockAllFlags::FUTURE,
     };
+    let reserved = too_much_reserved();
+    flags.set(MlockAllFlags::ONFAULT, reserved.is_some());
     match mlockall(flags) {
+        Ok(()) if flags.contains(MlockAllFlags::ONFAULT) => {
+            let bytes = reserved.unwrap_or_default();
+            Claimed::Granted(format!("the memory that is used; {:.1} GB are reserved for more contacts", bytes / 1e9))
+        }
         Ok(()) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all memory".to_owned()),
         Ok(()) => Claimed::Granted("present memory only, no later allocations".to_owned()),
         Err(error) => Claimed::Refused {
@@ -79,6 +87,35 @@ pub(super) fn lock_memory() -> Claimed {
             ),
         },
     }
+}
+
+/// Memory that the process has reserved and not used is provided and locked if it is at most this
+/// share of the machine's available memory. If all of it were provided, the system could have to
+/// end programs.
+const UNUSED_SHARE: f64 = 0.25;
+
+/// Returns the memory that the process has reserved and not used (bytes), if it is too much to be
+/// provided now. A scene with many objects reserves memory for every two of them, and uses little.
+fn too_much_reserved() -> Option<f64> {
+    unused_memory().filter(|&unused| unused > UNUSED_SHARE * available_memory().unwrap_or(f64::MAX))
+}
+
+/// Returns the memory that the process has reserved and not used, bytes.
+fn unused_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    Some(kilobytes(&status, "VmData:")? - kilobytes(&status, "RssAnon:")?)
+}
+
+/// Returns the memory that programs can get without swapping, bytes.
+fn available_memory() -> Option<f64> {
+    kilobytes(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")
+}
+
+/// Returns the value of a line `name   value kB`, bytes.
+fn kilobytes(text: &str, name: &str) -> Option<f64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    let number: f64 = line.trim().strip_suffix("kB")?.trim_end().parse().ok()?;
+    Some(number * 1024.0)
 }
 
 /// Returns true if the process runs as root, for which the memory limit does not apply.

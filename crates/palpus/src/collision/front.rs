@@ -87,6 +87,9 @@ use rest::Rest;
 pub struct Front {
     /// The nodes of the pair at place 0.
     nodes: [u32; 2],
+    /// Number of places at which pairs can be stored. The lists below have memory for all of them,
+    /// and grow within it.
+    places: usize,
     /// The tree of node pairs down to the cut. The pair of `nodes` is at place 0. The two halves of
     /// a pair are at places 2k and 2k + 1.
     pairs: Vec<Pair>,
@@ -159,6 +162,9 @@ pub struct Front {
     last_nearest: Option<[u32; 2]>,
 }
 
+/// The front makes so many places usable at a time when it grows.
+const PLACES_STEP: usize = 64 * BLOCK;
+
 impl Front {
     /// Creates a front for two bodies, with room for at most `places` node pairs.
     pub fn new(a: Side<'_>, b: Side<'_>, places: usize) -> Self {
@@ -179,20 +185,21 @@ impl Front {
         let places = places.min(leaves.saturating_mul(2)).next_multiple_of(BLOCK);
         let [root_a, root_b] = [a, b].map(|side| side.hierarchy.node(side.hierarchy.root()).oriented_box);
         let depth = a.hierarchy.depth() + b.hierarchy.depth() + 2;
-        Self {
+        let mut front = Self {
             nodes,
-            pairs: vec![Pair::of(0, 0, NONE); places],
-            memories: vec![WarmStart::BLANK; places],
-            rests: vec![Rest::NONE; places],
-            idle: vec![Idle::NONE; places],
+            places,
+            pairs: Vec::with_capacity(places),
+            memories: Vec::with_capacity(places),
+            rests: Vec::with_capacity(places),
+            idle: Vec::with_capacity(places),
             idle_count: 0,
-            retries: vec![0; places / 2],
+            retries: Vec::with_capacity(places / 2),
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
             paths: Paths::new(root_a, places),
             thickness: thickness.clone(),
-            thinnest_at: vec![f32::INFINITY; places],
-            thinnest_in: vec![f32::INFINITY; places / BLOCK],
+            thinnest_at: Vec::with_capacity(places),
+            thinnest_in: Vec::with_capacity(places / BLOCK),
             awake: Vec::with_capacity(places),
             free: Vec::with_capacity(places / 2),
             fresh: 2,
@@ -210,7 +217,7 @@ impl Front {
             rest_share: 0.0,
             rests_from: 0,
             represented: 0,
-            represented_in: vec![0; places / BLOCK],
+            represented_in: Vec::with_capacity(places / BLOCK),
             floor: f64::INFINITY,
             slides: false,
             is_mixed: false,
@@ -218,7 +225,33 @@ impl Front {
             was_full: false,
             below: Vec::with_capacity(2 * depth),
             last_nearest: None,
+        };
+        front.use_places(2);
+        front
+    }
+
+    /// Writes to the memory of all places, so that the system provides all of it now. Otherwise it
+    /// provides memory when the front grows.
+    pub(crate) fn use_all_places(&mut self) {
+        self.use_places(self.places);
+    }
+
+    /// Makes the first `count` places usable, and some more.
+    fn use_places(&mut self, count: usize) {
+        if count <= self.pairs.len() {
+            return;
         }
+        let count = count.next_multiple_of(PLACES_STEP).min(self.places);
+        debug_assert!(count <= self.pairs.capacity() && count.is_multiple_of(BLOCK));
+        self.pairs.resize(count, Pair::of(0, 0, NONE));
+        self.memories.resize(count, WarmStart::BLANK);
+        self.rests.resize(count, Rest::NONE);
+        self.idle.resize(count, Idle::NONE);
+        self.retries.resize(count / 2, 0);
+        self.wakes.extend_to(count);
+        self.thinnest_at.resize(count, f32::INFINITY);
+        self.thinnest_in.resize(count / BLOCK, f32::INFINITY);
+        self.represented_in.resize(count / BLOCK, 0);
     }
 
     /// Drops all cached data; the next query starts at the roots.
@@ -293,7 +326,7 @@ impl Front {
 
     /// Returns the number of places at which pairs can be stored.
     pub(crate) fn places(&self) -> usize {
-        self.pairs.len()
+        self.places
     }
 
     /// Makes the next query begin with the leaf pair at `place`, for which no quota was left after

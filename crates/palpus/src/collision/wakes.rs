@@ -25,10 +25,17 @@ pub(super) struct WakeBoard {
 }
 
 impl WakeBoard {
-    /// Returns a board of `places` places that are never due.
+    /// Returns an empty board with memory for `places` places.
     pub(super) fn new(places: usize) -> Self {
         let blocks = places.div_ceil(BLOCK);
-        Self { values: vec![NEVER; blocks * BLOCK], least: vec![NEVER; blocks] }
+        Self { values: Vec::with_capacity(blocks * BLOCK), least: Vec::with_capacity(blocks) }
+    }
+
+    /// Extends the board to `places` places. The new ones are never due.
+    pub(super) fn extend_to(&mut self, places: usize) {
+        let blocks = places.div_ceil(BLOCK);
+        self.values.resize(blocks * BLOCK, NEVER);
+        self.least.resize(blocks, NEVER);
     }
 
     /// Makes the first `places` places never due.

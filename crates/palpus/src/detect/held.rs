@@ -34,12 +34,21 @@ struct Entry {
     beside_valley: bool,
 }
 
+impl Entry {
+    /// The entry of a place without a pair.
+    const NONE: Self = Self { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0, beside_valley: false };
+}
+
 impl HeldContacts {
     /// Allocates memory for `places` pairs with `capacity` contacts in total.
     pub(super) fn new(places: usize, capacity: usize) -> Self {
-        let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0, beside_valley: false };
         let memories = || Vec::with_capacity(capacity);
-        Self { entries: vec![entry; places], last: memories(), now: memories(), capacity, tick: 1 }
+        Self { entries: Vec::with_capacity(places), last: memories(), now: memories(), capacity, tick: 1 }
+    }
+
+    /// Writes to the memory of all places, so that the system provides all of it now.
+    pub(super) fn use_all_places(&mut self) {
+        self.entries.resize(self.entries.capacity(), Entry::NONE);
     }
 
     /// Starts a tick. Drops all contacts older than the last tick.
@@ -64,7 +73,14 @@ impl HeldContacts {
         beside_valley: bool,
         pose_ba: &Placement,
     ) {
-        let Some(entry) = self.entries.get_mut(place as usize) else { return };
+        let place = place as usize;
+        if place >= self.entries.capacity() {
+            return;
+        }
+        if place >= self.entries.len() {
+            self.entries.resize(place + 1, Entry::NONE);
+        }
+        let entry = &mut self.entries[place];
         let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
         let (first, count) = (self.now.len() as u32, contacts.len() as u32);
         *entry = Entry { pieces, tick: self.tick, first, count, beside_valley };

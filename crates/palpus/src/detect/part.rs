@@ -181,6 +181,12 @@ impl PartSearch {
         }
     }
 
+    /// Writes to the memory of all pairs of nodes.
+    pub(super) fn use_all_memory(&mut self) {
+        self.front.use_all_places();
+        self.held.use_all_places();
+    }
+
     /// Sets what the next query gets from all parts of the last query: the sample, the share of
     /// rests, and the depth of the overlap (model units).
     pub(super) fn begin(&mut self, sample: &Sample, rest_share: f64, overlap: f64) {

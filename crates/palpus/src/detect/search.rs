@@ -92,6 +92,10 @@ pub(super) struct Search {
 /// triangles have some thousands, and a nut on its thread has some ten thousands.
 const NODE_PAIRS: usize = 1 << 17;
 
+/// Capacity of the front of a query with little memory, relative to the number of pieces of both
+/// bodies. A nut that lies free on its thread has up to ten.
+const PAIRS_PER_PIECE: usize = 16;
+
 /// How many times as much room the parts of a divided query have together as a query in one part,
 /// since the contacts may not be spread evenly over the parts.
 const PART_ROOM: usize = 4;
@@ -99,14 +103,26 @@ const PART_ROOM: usize = 4;
 impl Search {
     /// Allocates memory for queries with these settings.
     pub(super) fn new(a: &Arc<Body>, b: &Arc<Body>, settings: &QuerySettings) -> Self {
+        Self::of_parts(a, b, settings, &divide(a, b, settings), NODE_PAIRS)
+    }
+
+    /// Allocates less memory, for a query in one part.
+    pub(super) fn small(a: &Arc<Body>, b: &Arc<Body>, settings: &QuerySettings) -> Self {
+        let pieces = a.polytopes().len() + b.polytopes().len();
+        let nodes = [[a.hierarchy().root(), b.hierarchy().root()]];
+        Self::of_parts(a, b, settings, &nodes, NODE_PAIRS.min(pieces.saturating_mul(PAIRS_PER_PIECE)))
+    }
+
+    /// Allocates memory for a query in one part for each pair of `nodes`, with at most `places`
+    /// node pairs.
+    fn of_parts(a: &Arc<Body>, b: &Arc<Body>, settings: &QuerySettings, nodes: &[[u32; 2]], places: usize) -> Self {
         let capacity = settings.capacity.max(1);
         let sample = Sample::new(a, b);
         let thickness = Arc::new([Thickness::of(side(a)), Thickness::of(side(b))]);
-        let nodes = divide(a, b, settings);
         let room = if nodes.len() == 1 { 1 } else { PART_ROOM };
         let of_part = |most: usize| (room * most).div_ceil(nodes.len());
         let part = |&nodes: &[u32; 2]| {
-            let room = [of_part(NODE_PAIRS), of_part(capacity)];
+            let room = [of_part(places), of_part(capacity)];
             Part::new(a, b, settings, PartSearch::new(a, b, settings, nodes, room, &sample, &thickness))
         };
         Self {
@@ -206,6 +222,11 @@ impl Search {
             part.task = task;
             part.input.0 = *pose_ba;
         });
+    }
+
+    /// Does [`ContactQuery::use_all_memory`](super::ContactQuery::use_all_memory).
+    pub(super) fn use_all_memory(&mut self) {
+        self.parts.each(|part| part.search.use_all_memory());
     }
 
     /// Runs the task of all parts. Helpers take part if the last query had much work. Parts with

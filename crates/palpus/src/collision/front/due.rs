@@ -290,8 +290,9 @@ impl Front {
     fn take_places(&mut self) -> Option<u32> {
         self.free.pop().or_else(|| {
             let first = self.fresh;
-            (first as usize + 2 <= self.pairs.len()).then(|| {
+            (first as usize + 2 <= self.places).then(|| {
                 self.fresh += 2;
+                self.use_places(self.fresh as usize);
                 first
             })
         })

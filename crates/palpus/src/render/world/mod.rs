@@ -157,6 +157,9 @@ pub struct WorldCounters {
 const NONE: u32 = u32::MAX;
 /// Approximate largest number of corners of a patch, used to allocate memory.
 const CORNERS: usize = 64;
+/// Largest number of contacts of two objects. A sample has some hundreds of pairs of pieces, with
+/// a few corners each.
+const OBJECTS_CAPACITY: usize = 4096;
 /// Largest number of contacts in a tool's tick, as a multiple of the capacity in its settings.
 const SHOWN: usize = 4;
 
@@ -394,7 +397,8 @@ impl World {
                 let law = self.law(bodies);
                 let most = bodies.iter().map(|&i| self.things[i].body.polytopes().len()).product::<usize>();
                 let law = Settings { capacity: law.capacity.min(most.saturating_mul(CORNERS)), ..law };
-                self.pairs.push(Pair::new(bodies, bodies.map(|i| self.things[i].body.clone()), law));
+                let has_tool = ranks.contains(&0);
+                self.pairs.push(Pair::new(bodies, bodies.map(|i| self.things[i].body.clone()), law, has_tool));
                 self.pairs.len() as u32 - 1
             };
             self.table.push(pair);
@@ -427,7 +431,10 @@ impl World {
         match own {
             [Some(one), Some(other)] => common([one, other]),
             [Some(settings), None] | [None, Some(settings)] => settings.held(),
-            [None, None] => self.settings.held(),
+            [None, None] => {
+                let law = self.settings.held();
+                Settings { capacity: law.capacity.min(OBJECTS_CAPACITY), ..law }
+            }
         }
     }
 

@@ -64,8 +64,10 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// Returns a pair of two bodies with `settings` for their contacts.
-    pub(super) fn new(bodies: [usize; 2], [a, b]: [Arc<Body>; 2], settings: Settings) -> Self {
+    /// Returns a pair of two bodies with `settings` for their contacts. `has_tool` is true if a body
+    /// is a tool. All memory of the query is then obtained from the system. Few pairs of objects
+    /// ever touch, and together these pairs are many; so their queries are small.
+    pub(super) fn new(bodies: [usize; 2], [a, b]: [Arc<Body>; 2], settings: Settings, has_tool: bool) -> Self {
         let capacity = settings.capacity;
         let asked = QuerySettings {
             tolerance: settings.contact_tolerance,
@@ -76,12 +78,17 @@ impl Pair {
             holding: true,
             ..QuerySettings::default()
         };
+        let surfaces = settings.shading.map(|shading| Surfaces::new(&a, &b, shading.crease_angle));
+        let mut query = if has_tool { ContactQuery::new(a, b, asked) } else { ContactQuery::small(a, b, asked) };
+        if has_tool {
+            query.use_all_memory();
+        }
         Self {
             bodies,
             pose_ba: Pose::IDENTITY,
             within: settings.contact_tolerance,
-            surfaces: settings.shading.map(|shading| Surfaces::new(&a, &b, shading.crease_angle)),
-            query: ContactQuery::new(a, b, asked),
+            surfaces,
+            query,
             scratch: Scratch::new(capacity),
             contacts: Vec::with_capacity(capacity),
             forces: Forces::new(capacity),
