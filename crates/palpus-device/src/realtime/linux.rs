@@ -89,15 +89,19 @@ pub(super) fn lock_memory() -> Claimed {
     }
 }
 
-/// Memory that the process has reserved and not used is provided and locked if it is at most this
-/// share of the machine's available memory. If all of it were provided, the system could have to
-/// end programs.
+/// Memory that the process has reserved and not used is provided and locked if it is at most this,
+/// bytes, and at most [`UNUSED_SHARE`] of the machine's available memory. A scene with many objects
+/// reserves much more, and uses little of it.
+const UNUSED_MOST: f64 = 1e9;
+
+/// See [`UNUSED_MOST`].
 const UNUSED_SHARE: f64 = 0.25;
 
 /// Returns the memory that the process has reserved and not used (bytes), if it is too much to be
-/// provided now. A scene with many objects reserves memory for every two of them, and uses little.
+/// provided now.
 fn too_much_reserved() -> Option<f64> {
-    unused_memory().filter(|&unused| unused > UNUSED_SHARE * available_memory().unwrap_or(f64::MAX))
+    let most = UNUSED_MOST.min(UNUSED_SHARE * available_memory().unwrap_or(f64::MAX));
+    unused_memory().filter(|&unused| unused > most)
 }
 
 /// Returns the memory that the process has reserved and not used, bytes.
@@ -223,4 +227,18 @@ fn priority_of_this_thread() -> Option<u8> {
 
 fn user() -> String {
     std::env::var("USER").ok().filter(|name| !name.is_empty()).unwrap_or_else(|| "YOUR_NAME".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_system_tells_its_memory() {
+        let text = "VmPeak:\t  2048 kB\nVmData:\t   512 kB\nThreads:\t1\n";
+        assert_eq!(kilobytes(text, "VmData:"), Some(524_288.0));
+        assert_eq!([kilobytes(text, "RssAnon:"), kilobytes(text, "Threads:")], [None; 2]);
+        let (unused, available) = (unused_memory().unwrap(), available_memory().unwrap());
+        assert!(unused > 0.0 && available > 0.0, "{unused} and {available} bytes");
+    }
 }

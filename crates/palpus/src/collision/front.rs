@@ -242,7 +242,7 @@ impl Front {
             return;
         }
         let count = count.next_multiple_of(PLACES_STEP).min(self.places);
-        debug_assert!(count <= self.pairs.capacity() && count.is_multiple_of(BLOCK));
+        debug_assert!(count.is_multiple_of(BLOCK));
         self.pairs.resize(count, Pair::of(0, 0, NONE));
         self.memories.resize(count, WarmStart::BLANK);
         self.rests.resize(count, Rest::NONE);

@@ -139,6 +139,7 @@ mod tests {
         let mut random = Random::new(SEED);
         let places = 5 * BLOCK - 3;
         let mut board = WakeBoard::new(places);
+        board.extend_to(places);
         let mut model = vec![NEVER; places];
         for round in 0..400u64 {
             for _ in 0..20 {

@@ -13,6 +13,8 @@ use crate::algebra::Placement;
 #[derive(Clone, Debug, Default)]
 pub(super) struct HeldContacts {
     entries: Vec<Entry>,
+    /// Largest number of entries.
+    places: usize,
     /// Contacts that were stored in the last tick.
     last: Vec<PairMemory>,
     /// Contacts that were stored in this tick.
@@ -43,12 +45,12 @@ impl HeldContacts {
     /// Allocates memory for `places` pairs with `capacity` contacts in total.
     pub(super) fn new(places: usize, capacity: usize) -> Self {
         let memories = || Vec::with_capacity(capacity);
-        Self { entries: Vec::with_capacity(places), last: memories(), now: memories(), capacity, tick: 1 }
+        Self { entries: Vec::with_capacity(places), places, last: memories(), now: memories(), capacity, tick: 1 }
     }
 
     /// Writes to the memory of all places, so that the system provides all of it now.
     pub(super) fn use_all_places(&mut self) {
-        self.entries.resize(self.entries.capacity(), Entry::NONE);
+        self.entries.resize(self.places, Entry::NONE);
     }
 
     /// Starts a tick. Drops all contacts older than the last tick.
@@ -74,7 +76,7 @@ impl HeldContacts {
         pose_ba: &Placement,
     ) {
         let place = place as usize;
-        if place >= self.entries.capacity() {
+        if place >= self.places {
             return;
         }
         if place >= self.entries.len() {

@@ -242,6 +242,28 @@ mod tests {
     }
 
     #[test]
+    fn front_grows_within_the_memory_that_it_has() {
+        let pieces = board(12);
+        let hierarchy = Hierarchy::build(&pieces, 1e-10).unwrap();
+        let side = Side { hierarchy: &hierarchy, pieces: &pieces };
+        let (mut front, mut found) = (Front::new(side, side, PLACES), LeafPairs::new(2000));
+        let mut all_used = front.clone();
+        all_used.use_all_places();
+        let (memory, usable) = (front.pairs.as_ptr(), front.pairs.len());
+        assert!(usable < 1000 && all_used.pairs.len() == front.places());
+        for tick in 0..50 {
+            let pose_ba = falling(tick);
+            let query = PlacedPair::new(side, side, &pose_ba, TOLERANCE);
+            let counters = front.within(&query, &mut found);
+            let pairs: Vec<_> = found.as_slice().iter().map(|leaf| (leaf.piece_a, leaf.piece_b)).collect();
+            assert_eq!(all_used.within(&query, &mut found), counters, "tick {tick}");
+            assert!(found.as_slice().iter().map(|leaf| (leaf.piece_a, leaf.piece_b)).eq(pairs));
+        }
+        assert!(front.pairs.len() > usable && front.pairs.len() < front.places());
+        assert_eq!(front.pairs.as_ptr(), memory, "the lists have moved");
+    }
+
+    #[test]
     fn board_that_moves_away_prepares_nothing() {
         let pieces = board(12);
         let hierarchy = Hierarchy::build(&pieces, 1e-10).unwrap();
