@@ -1919,9 +1919,10 @@ pub const DRIVEN_PATIENCE: f64 = 0.1;
 
 /// s: a group of free bodies that has been still for this time sleeps, if it lies on a fixed body.
 ///
-/// A body that tips over begins slowly: from a tenth of [`SLEEP_MOTION`] it takes some tenths of a
-/// second to move visibly. Physics engines use 0.4 to 2 s.
-pub const SLEEP_AFTER: f64 = 0.5;
+/// Bodies that are still for this time are slower than 4 µm/s at usual offsets, see
+/// [`SLEEP_MOTION`]. A body of 0.1 m that tips over moves e times as far in each 0.07 s. Physics
+/// engines allow 10 mm/s, and wait for 0.4 to 2 s.
+pub const SLEEP_AFTER: f64 = 0.25;
 
 /// Relative to the contact offset: a free body is still while no point of it has moved farther than
 /// this. With an offset of 0.02 mm, this is 1 µm.

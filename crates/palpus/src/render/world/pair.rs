@@ -288,6 +288,11 @@ impl Pair {
         self.rows.revise(twist, h, lag, follows)
     }
 
+    /// Returns true if a contact pushes at the end of the step.
+    pub(super) fn is_pressing(&self) -> bool {
+        self.rows.pressing().next().is_some()
+    }
+
     /// Returns the number of clusters that lose contact within the step.
     pub(super) fn released(&self) -> u32 {
         self.rows.released()

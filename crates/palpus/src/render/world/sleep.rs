@@ -3,9 +3,9 @@
 //!
 //! * A body is *still* while no point of it has moved farther than [`SLEEP_MOTION`] for
 //!   [`SLEEP_AFTER`].
-//! * A group of touching bodies falls asleep if all of them are still, one of them touches a fixed
-//!   body (or a driven body that does not move), and none of them touches a tool or a driven body
-//!   that moves. Bodies that touch no fixed body keep their momentum, and may drift slowly.
+//! * A group of touching bodies falls asleep if all of them are still, one of them presses on a
+//!   fixed body (or a driven body that does not move), and none of them touches a tool or a driven
+//!   body that moves. Bodies that press on no fixed body keep their momentum, and may drift slowly.
 //! * A body wakes in the same step in which the query finds a contact with a body that is awake, and
 //!   before a force acts. All sleeping bodies that touch it wake, too. The query looks as far ahead
 //!   as if the body were awake. So the contact feels the same as with a body that never slept.
@@ -31,6 +31,13 @@ impl WorldBody {
             Role::Driven(_) => self.twist != Twist::default() || self.last != Some(self.pose),
             Role::Fixed => false,
         }
+    }
+
+    fn fall_asleep(&mut self) {
+        let Role::Free(free) = &mut self.role else { return };
+        free.momentum = Wrench::ZERO;
+        free.stillness.is_asleep = true;
+        self.part.twist = Twist::default();
     }
 
     /// Ends the sleep of a body. Returns true if it slept.
@@ -81,6 +88,21 @@ impl World {
 
     /// Lets the groups that are still fall asleep at the end of a step of `h` s.
     pub(super) fn fall_asleep(&mut self, h: f64) {
+        if h > 0.0 && h.is_finite() {
+            self.look_for_still_bodies(h);
+            let mut first = 0;
+            while first < self.islands.len() {
+                let end = self.islands.end(first);
+                if (first..end).all(|k| self.is_still(self.islands.body(k))) && self.lies(self.islands.body(first)) {
+                    (first..end).for_each(|k| self.things[self.islands.body(k)].fall_asleep());
+                }
+                first = end;
+            }
+        }
+        self.counters.asleep = self.things.iter().filter(|thing| thing.is_asleep()).count() as u32;
+    }
+
+    fn look_for_still_bodies(&mut self, h: f64) {
         let most = SLEEP_MOTION * self.settings.contact_offset();
         for thing in &mut self.things {
             let WorldBody { role: Role::Free(free), pose, body, .. } = thing else { continue };
@@ -89,21 +111,6 @@ impl World {
                 free.stillness.look(at, free.reach.radius(), most, h);
             }
         }
-        let mut first = 0;
-        while first < self.islands.len() {
-            let end = self.islands.end(first);
-            if (first..end).all(|k| self.is_still(self.islands.body(k))) && self.lies(self.islands.body(first)) {
-                for k in first..end {
-                    let thing = &mut self.things[self.islands.body(k)];
-                    let Role::Free(free) = &mut thing.role else { continue };
-                    free.momentum = Wrench::ZERO;
-                    free.stillness.is_asleep = true;
-                    thing.part.twist = Twist::default();
-                }
-            }
-            first = end;
-        }
-        self.counters.asleep = self.things.iter().filter(|thing| thing.is_asleep()).count() as u32;
     }
 
     /// Returns true for a free body that has been still for long enough.
@@ -111,18 +118,19 @@ impl World {
         matches!(&self.things[i].role, Role::Free(free) if free.stillness.since() >= SLEEP_AFTER)
     }
 
-    /// Returns true if the group of body `i` touches a fixed body or a driven body that does not
-    /// move, but no tool and no driven body that moves.
+    /// Returns true if the group of body `i` presses on a fixed body or on a driven body that does
+    /// not move, and touches no tool and no driven body that moves.
     fn lies(&self, i: usize) -> bool {
         let group = self.islands.group(i);
-        let of_group = self.near.iter().map(|&k| &self.pairs[k as usize]).filter(|pair| pair.group == group);
         let mut is_held = false;
-        for other in of_group.flat_map(|pair| pair.bodies).map(|i| &self.things[i]) {
-            match other.role {
-                Role::Free(_) => {}
-                Role::Tool(_) => return false,
-                Role::Fixed | Role::Driven(_) if other.is_active() => return false,
-                Role::Fixed | Role::Driven(_) => is_held = true,
+        for pair in self.near.iter().map(|&k| &self.pairs[k as usize]).filter(|pair| pair.group == group) {
+            for other in pair.bodies.map(|i| &self.things[i]) {
+                match other.role {
+                    Role::Free(_) => {}
+                    Role::Tool(_) => return false,
+                    Role::Fixed | Role::Driven(_) if other.is_active() => return false,
+                    Role::Fixed | Role::Driven(_) => is_held |= pair.is_pressing(),
+                }
             }
         }
         is_held

@@ -133,6 +133,21 @@ fn bodies_without_a_fixed_support_keep_their_momentum() {
     assert!(momentum(&world).distance(before) < 1e-9 * before.length());
 }
 
+/// A body that hovers beside a wall, so near that it could touch it in the next step.
+#[test]
+fn bodies_that_press_on_nothing_do_not_sleep() {
+    let mut world = World::new(settings()).unwrap();
+    world.add(Object::fixed(block(), at(-SIDE, 0.0, 0.0))).unwrap();
+    let beside = 1.5 * settings().contact_offset();
+    let hovering = world.add(Object::free(block(), at(beside, 0.0, 0.0), 700.0)).unwrap();
+    run(&mut world, 1);
+    assert_eq!(world.counters().touching, 1, "the wall is within the distance that is searched");
+    assert!(world.throw(hovering, Twist { linear: DVec3::Y * 1e-7, angular: DVec3::ZERO }));
+    run(&mut world, 2 * SETTLED);
+    assert_eq!((world.counters().touching, world.counters().asleep), (1, 0));
+    assert!((world.twist(hovering).linear.y - 1e-7).abs() < 1e-16);
+}
+
 /// A tool that holds a body keeps it awake.
 #[test]
 fn touched_bodies_do_not_sleep() {
