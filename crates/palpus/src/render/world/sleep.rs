@@ -6,9 +6,9 @@
 //! * A group of touching bodies falls asleep if all of them are still, one of them presses on a
 //!   fixed body (or a driven body that does not move), and none of them touches a tool or a driven
 //!   body that moves. Bodies that press on no fixed body keep their momentum, and may drift slowly.
-//! * A body wakes in the same step in which the query finds a contact with a body that is awake, and
-//!   before a force acts. All sleeping bodies that touch it wake, too. The query looks as far ahead
-//!   as if the body were awake. So the contact feels the same as with a body that never slept.
+//! * A body wakes in the step in which a query finds a contact with a body that is awake, before a
+//!   force acts. All sleeping bodies that touch it wake, too. The query looks as far ahead as if the
+//!   body were awake. So the contact feels the same as with a body that never slept.
 //! * Every body wakes if the host moves an object, or changes gravity or settings.
 
 use super::World;
