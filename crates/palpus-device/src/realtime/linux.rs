@@ -69,14 +69,13 @@ pub(super) fn lock_memory() -> Claimed {
     };
     let reserved = too_much_reserved();
     flags.set(MlockAllFlags::ONFAULT, reserved.is_some());
-    match mlockall(flags) {
-        Ok(()) if flags.contains(MlockAllFlags::ONFAULT) => {
-            let bytes = reserved.unwrap_or_default();
+    match (mlockall(flags), reserved) {
+        (Ok(()), Some(bytes)) => {
             Claimed::Granted(format!("the memory that is used; {:.1} GB are reserved for more contacts", bytes / 1e9))
         }
-        Ok(()) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all memory".to_owned()),
-        Ok(()) => Claimed::Granted("present memory only, no later allocations".to_owned()),
-        Err(error) => Claimed::Refused {
+        (Ok(()), None) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all memory".to_owned()),
+        (Ok(()), None) => Claimed::Granted("present memory only, no later allocations".to_owned()),
+        (Err(error), _) => Claimed::Refused {
             why: match limit {
                 Some(bytes) => format!("the limit is {} kB, less than the program has", bytes / 1024),
                 None => error.to_string(),

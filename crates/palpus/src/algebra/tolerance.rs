@@ -1920,8 +1920,8 @@ pub const DRIVEN_PATIENCE: f64 = 0.1;
 /// s: a group of free bodies that has been still for this time sleeps, if it lies on a fixed body.
 ///
 /// Bodies that are still for this time are slower than 8 µm/s at usual offsets, see
-/// [`SLEEP_MOTION`]. A body of 0.1 m that tips over moves e times as far in each 0.07 s. Physics
-/// engines allow 10 mm/s, and wait for 0.4 to 2 s.
+/// [`SLEEP_MOTION`]. A body of 0.1 m that tips over moves e times as far in each 0.07 s. Box2D
+/// allows 10 mm/s and waits for 0.5 s, PhysX waits for 0.4 s, and Bullet for 2 s.
 pub const SLEEP_AFTER: f64 = 0.25;
 
 /// Relative to the contact offset: a free body is still while no point of it has moved farther than

@@ -52,9 +52,9 @@ impl ContactQuery {
         Self { a, b, settings, search, counters: QueryCounters::default() }
     }
 
-    /// Writes to the memory of the query, so that the system provides all of it now. Most systems
-    /// provide memory when it is first used. Call this before a loop that must not wait for the
-    /// system; between two finely tessellated bodies, it takes up to 0.2 GB.
+    /// Writes to the memory for pairs of pieces, which is most of the query's memory, so that the
+    /// system provides it now. Most systems provide memory when it is first used. Call this before
+    /// a loop that must not wait for the system. Two finely tessellated bodies take up to 0.2 GB.
     pub fn use_all_memory(&mut self) {
         self.search.use_all_memory();
     }

@@ -65,7 +65,7 @@ pub(super) struct Pair {
 
 impl Pair {
     /// Returns a pair of two bodies with `settings` for their contacts. `has_tool` is true if a body
-    /// is a tool. All memory of the query is then obtained from the system. Few pairs of objects
+    /// is a tool. The memory of the query is then used at once. Few pairs of objects
     /// ever touch, and together these pairs are many; so their queries are small.
     pub(super) fn new(bodies: [usize; 2], [a, b]: [Arc<Body>; 2], settings: Settings, has_tool: bool) -> Self {
         let capacity = settings.capacity;

@@ -253,7 +253,7 @@ impl World {
             part.twist = Twist::default();
             match role {
                 Role::Tool(tool) => self.tools[*tool].reset(),
-                Role::Free(free) => free.momentum = Wrench::ZERO,
+                Role::Free(free) => (free.momentum, free.stillness) = (Wrench::ZERO, Stillness::NONE),
                 Role::Driven(_) | Role::Fixed => {}
             }
         }

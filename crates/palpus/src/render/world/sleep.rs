@@ -88,7 +88,7 @@ impl World {
 
     /// Lets the groups that are still fall asleep at the end of a step of `h` s.
     pub(super) fn fall_asleep(&mut self, h: f64) {
-        if h > 0.0 && h.is_finite() {
+        if h > 0.0 {
             self.look_for_still_bodies(h);
             let mut first = 0;
             while first < self.islands.len() {

@@ -7,7 +7,7 @@ use crate::algebra::rotation_between;
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stillness {
-    /// Where the body was when it began to be still: its centre of mass and its rotation.
+    /// The body's centre of mass and its rotation when it began to be still.
     from: (DVec3, DQuat),
     /// Time since then, s.
     since: f64,

@@ -29,7 +29,7 @@ impl World {
         self.show();
         let forced = clock.now_ns();
         self.settle(dt);
-        self.fall_asleep(dt);
+        self.fall_asleep(length(dt));
         self.ring(dt);
         let coupled = clock.now_ns();
         self.tools.iter_mut().filter(|held| self.things[held.thing].there).for_each(Held::saturate);
@@ -47,7 +47,7 @@ impl World {
     /// Runs step 1 of the module's description.
     fn begin(&mut self, probes: &[ProbeState], dt: f64) {
         self.counters = WorldCounters::default();
-        let h = if dt > 0.0 && dt.is_finite() { dt } else { 0.0 };
+        let h = length(dt);
         for thing in &mut self.things {
             let last = thing.there.then_some(thing.pose);
             thing.last = last.filter(|_| self.steps > 0);
@@ -168,7 +168,7 @@ impl World {
         let work = Work::of(self.allowed);
         loop {
             self.query_active(&work, dt, clock);
-            if !self.wake_touched(dt) {
+            if !self.wake_touched(length(dt)) {
                 break;
             }
         }
@@ -180,14 +180,9 @@ impl World {
     /// Queries the near pairs of active bodies that were not yet queried in this step.
     fn query_active(&mut self, work: &Work, dt: f64, clock: &impl Clock) {
         let begin = self.steps.checked_sub(1);
-        let is_due = |k: u32| {
-            let pair = &self.pairs[k as usize];
-            pair.looked_at != Some(self.steps) && pair.bodies.iter().any(|&i| self.things[i].is_active())
-        };
-        let mut left = self.near.iter().filter(|&&k| is_due(k)).count() as u64;
+        let mut left = self.near.iter().filter(|&&k| self.is_due(k as usize)).count() as u64;
         for k in self.near.iter().map(|&k| k as usize) {
-            let pair = &self.pairs[k];
-            if pair.looked_at == Some(self.steps) || !pair.bodies.iter().any(|&i| self.things[i].is_active()) {
+            if !self.is_due(k) {
                 continue;
             }
             let looked_ahead = self.looked_ahead(&self.pairs[k], dt);
@@ -226,6 +221,12 @@ impl World {
                 }
             }
         }
+    }
+
+    /// Returns true if pair `k` was not yet queried in this step, and one of its bodies is active.
+    fn is_due(&self, k: usize) -> bool {
+        let pair = &self.pairs[k];
+        pair.looked_at != Some(self.steps) && pair.bodies.iter().any(|&i| self.things[i].is_active())
     }
 
     /// Computes the forces of all near pairs.
@@ -285,8 +286,7 @@ impl World {
 
     /// Starts the vibrations of this step's impacts.
     fn ring(&mut self, dt: f64) {
-        for held in self.tools.iter_mut().filter(|held| held.settings.material.is_some() && dt > 0.0 && dt.is_finite())
-        {
+        for held in self.tools.iter_mut().filter(|held| held.settings.material.is_some() && length(dt) > 0.0) {
             let grip = held.tick.probe.pose_ba.point(held.settings.grip_a);
             let hand = held.tick.probe.twist;
             for pair in self.near.iter().map(|&k| &self.pairs[k as usize]) {
@@ -303,4 +303,10 @@ impl World {
             held.ring(dt);
         }
     }
+}
+
+/// Returns the length of a step (s) for the time `dt` since the last step; 0 if `dt` is no time in
+/// which bodies move.
+fn length(dt: f64) -> f64 {
+    if dt > 0.0 && dt.is_finite() { dt } else { 0.0 }
 }

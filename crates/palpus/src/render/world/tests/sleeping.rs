@@ -89,12 +89,13 @@ fn everything_that_can_move_a_sleeping_body_wakes_it() {
     run(&mut world, 10);
     assert_eq!(world.counters().asleep, 0, "the lower block is thrown");
 
-    // A third block falls on two blocks that sleep.
+    // A third block falls on two blocks, which fall asleep while it falls.
     let (mut world, _) = stack(2);
-    let above = at(0.0, 0.0, 0.15);
-    let falling = world.add(Object::free(block(), above, 700.0)).unwrap();
-    run(&mut world, SETTLED);
-    world.put(falling, above);
+    let falling = world.add(Object::free(block(), at(0.0, 0.0, 0.7), 700.0)).unwrap();
+    run(&mut world, 340);
+    assert_eq!(world.counters().asleep, 2);
+    run(&mut world, 20);
+    assert_eq!(world.counters().asleep, 0, "the block has landed");
     run(&mut world, SETTLED);
     assert_eq!(world.counters().asleep, 3);
     assert!(world.pose(falling).translation.z < 0.1 + 1e-3);
