@@ -126,7 +126,7 @@ fn joined(batches: Vec<Batch>, piece_count: usize, hull_count: usize) -> Option<
             Batch::Nodes(some) => nodes.push(some),
         }
     }
-    let hierarchy = Hierarchy::from_parts(nodes.into_iter().flatten(), hulls, piece_count)?;
+    let hierarchy = Hierarchy::from_parts(nodes.into_iter().flatten(), hulls, &polytopes)?;
     Some(BodyParts { polytopes, pieces, hierarchy })
 }
 

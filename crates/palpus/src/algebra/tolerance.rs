@@ -656,6 +656,11 @@ pub const SPHERE_WAIT: f64 = 8.0;
 /// error of a point bound. The bound's normals and base point have single precision.
 pub const POINT_BOUND_ROUNDING: f64 = 4e-7;
 
+/// Relative to the distance of a vertex from the middle of its node: an upper bound of the rounding
+/// error of its height along a unit vector, in single precision. The two factors, the product and
+/// two sums are each rounded by at most half of the machine epsilon.
+pub const OFFSET_ROUNDING: f32 = 3.0 * f32::EPSILON;
+
 /// Ticks: like [`SPHERE_WAIT`] for the box bound. This value affects only speed.
 pub const BOX_WAIT: f64 = 4.0;
 

@@ -25,10 +25,14 @@
 
 pub(super) mod bounds;
 mod build;
+mod offsets;
 mod validate;
+
+use glam::DVec3;
 
 use super::{HullError, Polytope};
 use bounds::{OrientedBox, Sphere};
+use offsets::Offsets;
 
 pub use validate::HierarchyFault;
 
@@ -68,6 +72,7 @@ pub struct Node {
 pub struct Hierarchy {
     nodes: Vec<Node>,
     hulls: Vec<Polytope>,
+    offsets: Offsets,
     depth: usize,
 }
 
@@ -91,15 +96,15 @@ pub enum HierarchyError {
 impl Hierarchy {
     /// Restores a tree from its nodes and the hulls of its inner nodes. Children come before
     /// parents, and the hulls are in the order of the nodes. Returns `None` unless the nodes form
-    /// one tree and each of the `pieces` pieces is in exactly one leaf. The caller must ensure that
-    /// each volume contains the volumes below it.
+    /// one tree and each of the `pieces` is in exactly one leaf. The caller must ensure that each
+    /// volume contains the volumes below it.
     pub fn from_parts(
         nodes: impl IntoIterator<Item = (NodeKind, Sphere, OrientedBox)>,
         hulls: Vec<Polytope>,
-        pieces: usize,
+        pieces: &[Polytope],
     ) -> Option<Self> {
-        let mut free_pieces = vec![true; pieces];
-        let count = (2 * pieces).checked_sub(1)?;
+        let mut free_pieces = vec![true; pieces.len()];
+        let count = (2 * pieces.len()).checked_sub(1)?;
         let mut depths: Vec<usize> = Vec::with_capacity(count);
         // Nodes that have no parent yet.
         let mut free_nodes = vec![true; count];
@@ -126,7 +131,13 @@ impl Hierarchy {
         let one_root = free_nodes.iter().rposition(|&free| free) == free_nodes.iter().position(|&free| free);
         let depth = *depths.last()?;
         let sound = one_root && answer.len() == count && inner as usize == hulls.len() && !free_pieces.contains(&true);
-        sound.then_some(Self { nodes: answer, hulls, depth })
+        sound.then(|| Self::new(answer, hulls, depth, pieces))
+    }
+
+    /// A tree over `pieces`, whose nodes form one tree.
+    fn new(nodes: Vec<Node>, hulls: Vec<Polytope>, depth: usize, pieces: &[Polytope]) -> Self {
+        let offsets = Offsets::of(&nodes, &hulls, pieces);
+        Self { nodes, hulls, offsets, depth }
     }
 
     /// Returns the hulls of the inner nodes, in the order of the nodes.
@@ -164,6 +175,22 @@ impl Hierarchy {
             NodeKind::Leaf { piece } => &pieces[piece as usize],
             NodeKind::Inner { .. } => &self.hulls[node.hull as usize],
         }
+    }
+
+    /// Returns a lower bound of the heights of the vertices of a node's hull above the node's
+    /// middle ([`Node::middle`]), along `direction`, model units times the length of `direction`.
+    /// `None` if the hull has many vertices.
+    #[inline]
+    pub(crate) fn lowest(&self, node: u32, direction: DVec3) -> Option<f64> {
+        self.offsets.lowest(node, direction)
+    }
+}
+
+impl Node {
+    /// Returns the centre of the node's sphere, rounded to single precision.
+    #[inline]
+    pub(crate) fn middle(&self) -> DVec3 {
+        self.sphere.center.as_vec3().as_dvec3()
     }
 }
 

@@ -39,7 +39,7 @@ impl Hierarchy {
         let hulls = upper.hulls(&builder, &order, &subtrees, workers, &mut |done| {
             progress(CUT_SHARE + SUBTREE_SHARE + (1.0 - CUT_SHARE - SUBTREE_SHARE) * done);
         })?;
-        let tree = upper.join(pieces.len(), subtrees, hulls);
+        let tree = upper.join(pieces, subtrees, hulls);
         debug_assert_eq!(tree.validate(pieces, coplanar), Ok(()));
         Ok(tree)
     }
@@ -149,11 +149,17 @@ impl UpperLevels {
     }
 
     /// Joins all nodes into one hierarchy.
-    fn join(&self, pieces: usize, mut subtrees: Vec<Option<Subtree>>, mut volumes: Vec<Option<Volume>>) -> Hierarchy {
+    fn join(
+        &self,
+        pieces: &[Polytope],
+        mut subtrees: Vec<Option<Subtree>>,
+        mut volumes: Vec<Option<Volume>>,
+    ) -> Hierarchy {
+        let count = pieces.len();
         let mut whole =
-            Subtree { nodes: Vec::with_capacity(2 * pieces - 1), hulls: Vec::with_capacity(pieces - 1), depth: 0 };
+            Subtree { nodes: Vec::with_capacity(2 * count - 1), hulls: Vec::with_capacity(count - 1), depth: 0 };
         let (_, depth) = self.append(0, &mut whole, &mut subtrees, &mut volumes);
-        Hierarchy { nodes: whole.nodes, hulls: whole.hulls, depth }
+        Hierarchy::new(whole.nodes, whole.hulls, depth, pieces)
     }
 
     /// Appends the nodes of a part and of all parts below it. Returns the index of the part's node

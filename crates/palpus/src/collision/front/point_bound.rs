@@ -13,7 +13,8 @@
 //! stays sufficient for many ticks. Rotations about the normal do not weaken it.
 //!
 //! If the bound does not suffice, the gap along n is measured again. The height of b along n does
-//! not change, because n is fixed in b's frame. So only the vertices of a are read.
+//! not change, because n is fixed in b's frame. So only the vertices of a are read
+//! ([`Hierarchy::lowest`](crate::body::Hierarchy)).
 
 use glam::{DVec3, Vec3};
 
@@ -41,6 +42,16 @@ impl PointBound {
     /// False if this is no bound.
     pub(super) fn exists(&self) -> bool {
         self.normal != Vec3::ZERO
+    }
+
+    /// Returns the bound for a `gap` (model units) along the same normal at this pose.
+    fn with_gap(self, pose_ba: &Placement, gap: f64) -> Self {
+        let (normal, at) = (self.normal.as_dvec3(), pose_ba.point(self.center.as_dvec3()));
+        // The rounded normal and centre are used as exact values. The rounding changes the gap and
+        // the heights in a by less than [`POINT_BOUND_ROUNDING`] times the size.
+        let size = at.length() + f64::from(self.radius);
+        let base = gap - normal.dot(at) - POINT_BOUND_ROUNDING * size;
+        Self { normal_in_a: pose_ba.inverse_vector(normal).as_vec3(), base: base as f32, ..self }
     }
 }
 
@@ -73,8 +84,8 @@ impl Front {
     /// Stores `gap` (model units) as the present gap of the pair at `place` along the stored
     /// normal.
     pub(super) fn store_again(&mut self, query: &PlacedPair<'_>, place: u32, gap: f64) {
-        let bound = self.point_bound(query, place, self.pairs[place as usize].bound.normal, gap);
-        self.pairs[place as usize].bound = bound;
+        let bound = &mut self.pairs[place as usize].bound;
+        *bound = bound.with_gap(query.pose_ba, gap);
     }
 
     /// Returns the gap of the pair along the stored normal at a placement of a in b's frame, model
@@ -86,27 +97,24 @@ impl Front {
         Some(gap - f64::from(f32::EPSILON) * gap.abs())
     }
 
-    /// Returns the least height of a at a placement, along the stored normal.
+    /// Returns a lower bound of the heights of a at a placement, along the stored normal.
     #[inline]
     fn height_of_a(&self, query: &PlacedPair<'_>, place: u32, placement_ba: &Placement) -> f64 {
         let pair = &self.pairs[place as usize];
         let normal = pair.bound.normal.as_dvec3();
-        let lowest = query.a.polytope(pair.a).support_point(-placement_ba.inverse_vector(normal));
-        normal.dot(placement_ba.point(lowest))
+        let along = placement_ba.inverse_vector(normal);
+        match query.a.hierarchy.lowest(pair.a, along) {
+            Some(lowest) => normal.dot(placement_ba.point(pair.bound.center.as_dvec3())) + lowest,
+            None => normal.dot(placement_ba.point(query.a.polytope(pair.a).support_point(-along))),
+        }
     }
 
     /// Returns the bound for the `gap` of the pair at `place` along `normal`.
     pub(super) fn point_bound(&self, query: &PlacedPair<'_>, place: u32, normal: Vec3, gap: f64) -> PointBound {
-        let sphere = &query.a.hierarchy.node(self.pairs[place as usize].a).sphere;
-        let center = sphere.center.as_vec3();
-        let normal_in_a = query.pose_ba.inverse_vector(normal.as_dvec3()).as_vec3();
-        let at = query.pose_ba.point(center.as_dvec3());
-        // The rounded normal and centre are used as exact values from here on. The rounding changes
-        // the gap and the heights in a by less than [`POINT_BOUND_ROUNDING`] times the size.
-        let size = at.length() + sphere.radius;
-        let base = gap - normal.as_dvec3().dot(at) - POINT_BOUND_ROUNDING * size;
-        let radius = (sphere.radius + center.as_dvec3().distance(sphere.center)) as f32 * (1.0 + f32::EPSILON);
-        PointBound { normal, normal_in_a, center, base: base as f32, radius }
+        let node = query.a.hierarchy.node(self.pairs[place as usize].a);
+        let center = node.middle();
+        let radius = (node.sphere.radius + center.distance(node.sphere.center)) as f32 * (1.0 + f32::EPSILON);
+        PointBound { normal, center: center.as_vec3(), radius, ..PointBound::NONE }.with_gap(query.pose_ba, gap)
     }
 
     /// Returns an upper bound of the decrease of the gap of the pair at `place` in the last motion,
