@@ -134,7 +134,7 @@ impl Hierarchy {
         sound.then(|| Self::new(answer, hulls, depth, pieces))
     }
 
-    /// A tree over `pieces`, whose nodes form one tree.
+    /// Returns the tree of these nodes. `hulls` are the hulls of its inner nodes.
     fn new(nodes: Vec<Node>, hulls: Vec<Polytope>, depth: usize, pieces: &[Polytope]) -> Self {
         let offsets = Offsets::of(&nodes, &hulls, pieces);
         Self { nodes, hulls, offsets, depth }
@@ -170,23 +170,31 @@ impl Hierarchy {
     /// node. `pieces` must be the pieces that were given to [`Self::build`].
     #[inline]
     pub fn polytope<'a>(&'a self, node: u32, pieces: &'a [Polytope]) -> &'a Polytope {
-        let node = self.node(node);
-        match node.kind {
-            NodeKind::Leaf { piece } => &pieces[piece as usize],
-            NodeKind::Inner { .. } => &self.hulls[node.hull as usize],
-        }
+        self.node(node).polytope(&self.hulls, pieces)
     }
 
-    /// Returns a lower bound of the heights of the vertices of a node's hull above the node's
+    /// Returns a lower bound of the heights of the vertices of a node's volume above the node's
     /// middle ([`Node::middle`]), along `direction`, model units times the length of `direction`.
-    /// `None` if the hull has many vertices.
+    /// `pieces` are the same as for [`Self::polytope`].
     #[inline]
-    pub(crate) fn lowest(&self, node: u32, direction: DVec3) -> Option<f64> {
-        self.offsets.lowest(node, direction)
+    pub(crate) fn lowest(&self, node: u32, pieces: &[Polytope], direction: DVec3) -> f64 {
+        self.offsets.lowest(node, direction).unwrap_or_else(|| {
+            let lowest = self.polytope(node, pieces).support_point(-direction);
+            direction.dot(lowest - self.node(node).middle())
+        })
     }
 }
 
 impl Node {
+    /// Returns the node's volume. `hulls` are the hulls of the inner nodes of its tree.
+    #[inline]
+    fn polytope<'a>(&self, hulls: &'a [Polytope], pieces: &'a [Polytope]) -> &'a Polytope {
+        match self.kind {
+            NodeKind::Leaf { piece } => &pieces[piece as usize],
+            NodeKind::Inner { .. } => &hulls[self.hull as usize],
+        }
+    }
+
     /// Returns the centre of the node's sphere, rounded to single precision.
     #[inline]
     pub(crate) fn middle(&self) -> DVec3 {

@@ -1,5 +1,7 @@
 //! The input of the search for near pairs of pieces.
 
+use glam::DVec3;
+
 use super::bounds::{box_gap, sphere_gap};
 use crate::algebra::Placement;
 use crate::body::{Hierarchy, NodeKind, Polytope};
@@ -17,6 +19,13 @@ impl<'a> Side<'a> {
     #[inline]
     pub(super) fn polytope(&self, node: u32) -> &'a Polytope {
         self.hierarchy.polytope(node, self.pieces)
+    }
+
+    /// Returns a lower bound of the heights of a node's vertices above the node's middle, along
+    /// `direction`, model units times the length of `direction`.
+    #[inline]
+    pub(super) fn lowest(&self, node: u32, direction: DVec3) -> f64 {
+        self.hierarchy.lowest(node, self.pieces, direction)
     }
 }
 

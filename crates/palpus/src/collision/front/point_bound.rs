@@ -14,7 +14,7 @@
 //!
 //! If the bound does not suffice, the gap along n is measured again. The height of b along n does
 //! not change, because n is fixed in b's frame. So only the vertices of a are read
-//! ([`Hierarchy::lowest`](crate::body::Hierarchy)).
+//! ([`Side::lowest`](super::super::Side)).
 
 use glam::{DVec3, Vec3};
 
@@ -102,11 +102,9 @@ impl Front {
     fn height_of_a(&self, query: &PlacedPair<'_>, place: u32, placement_ba: &Placement) -> f64 {
         let pair = &self.pairs[place as usize];
         let normal = pair.bound.normal.as_dvec3();
-        let along = placement_ba.inverse_vector(normal);
-        match query.a.hierarchy.lowest(pair.a, along) {
-            Some(lowest) => normal.dot(placement_ba.point(pair.bound.center.as_dvec3())) + lowest,
-            None => normal.dot(placement_ba.point(query.a.polytope(pair.a).support_point(-along))),
-        }
+        // The bound's centre is the middle of a's node.
+        let middle = placement_ba.point(pair.bound.center.as_dvec3());
+        normal.dot(middle) + query.a.lowest(pair.a, placement_ba.inverse_vector(normal))
     }
 
     /// Returns the bound for the `gap` of the pair at `place` along `normal`.
