@@ -92,6 +92,7 @@ fn contacts_have_documented_columns() {
         separation: 0.5,
         slope: 0.0,
         count: 1.0,
+        inside: false,
     };
     let mut writer = ContactWriter::new(Vec::new()).unwrap();
     writer.write(2, &[contact, contact]).unwrap();

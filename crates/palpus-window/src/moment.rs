@@ -165,6 +165,7 @@ mod tests {
             separation: 1.0,
             slope: 0.0,
             count: 1.0,
+            inside: false,
         };
         let mut tick = Tick::new(100);
         tick.contacts.resize(100, contact);

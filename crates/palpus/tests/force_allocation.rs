@@ -30,6 +30,7 @@ fn contacts(n: u32, tick: u32) -> Vec<Contact> {
                 separation,
                 slope: 0.0875,
                 count: 1.0,
+                inside: false,
             }
         })
         .collect()

@@ -1507,6 +1507,13 @@ pub const VALIDATED_CONTACTS: usize = 64;
 /// one of two near contacts vanishes.
 pub const TILT_SAME: f64 = 1e-9;
 
+/// Least part of its tilt share that a contact inside a flat face keeps beside equally loaded
+/// contacts at the rim.
+///
+/// With 0, a query that is cut off and misses the rim of one face may leave this face without any
+/// share. With a larger value, many contacts inside a face bear a noticeable part of its load.
+pub const TILT_INSIDE: f64 = 1e-6;
+
 /// Largest number of contacts for smooth clustering, which compares all pairs of contacts
 /// ([`crate::force::LinkageSettings::most`]).
 ///

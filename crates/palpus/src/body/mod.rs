@@ -31,7 +31,7 @@ pub use mesh::triangulate::{Cut, triangulate};
 pub use mesh::{Cleaning, Mesh, MeshError};
 pub use piece::Piece;
 pub use piece::admissible::{Admissible, AdmissibleNormals, Borrowed, Cap, SurfaceArc, SurfaceFace};
-pub(crate) use piece::admissible::{Valley, gap_beside};
+pub(crate) use piece::admissible::{Border, FaceRim, FlatAround, Valley, gap_beside, is_near};
 pub use polytope::feature::{Feature, FeaturePair};
 pub use polytope::validate::Malformed;
 pub use polytope::{

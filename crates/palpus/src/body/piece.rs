@@ -205,7 +205,7 @@ fn lay_facets(
 }
 
 /// Clips a polygon to the prism over a face.
-fn clip_to_face(polygon: &mut Vec<DVec3>, polytope: &Polytope, face: u32) {
+pub(super) fn clip_to_face(polygon: &mut Vec<DVec3>, polytope: &Polytope, face: u32) {
     let corners = polytope.face_vertices(face);
     let normal = polytope.plane(face).normal;
     for (k, tail) in corners.iter().enumerate() {
@@ -229,7 +229,7 @@ fn clip_to_face(polygon: &mut Vec<DVec3>, polytope: &Polytope, face: u32) {
     }
 }
 
-fn polygon_area(polygon: &[DVec3], normal: DVec3) -> f64 {
+pub(super) fn polygon_area(polygon: &[DVec3], normal: DVec3) -> f64 {
     let fan = polygon.windows(2).skip(1).map(|pair| (pair[0] - polygon[0]).cross(pair[1] - polygon[0]));
     0.5 * fan.sum::<DVec3>().dot(normal).abs()
 }

@@ -26,6 +26,6 @@ pub(crate) use admissible::{admissible_bound, inadmissible_angle, least_admissib
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use certificate::CertificateMemory;
 pub use global::{Containment, ContainmentQuery, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
-pub(crate) use patch::{Patch, Touch};
+pub(crate) use patch::{Corner, Patch, Touch};
 pub use query::{DepthScratch, depth, depth_proven};
 pub use seed::Seed;

@@ -22,6 +22,10 @@
 //!    parallel edges have no overlap; their patch is the common stretch.
 //! 4. *Duplicates*: merge corners that coincide. Add the exact witness if it is deeper than every
 //!    corner.
+//! 5. *Flat faces of several pieces*: a flat face of a mesh may continue beyond a piece. A corner
+//!    that is inside the region that both flat faces have in common, or at its rim but not at a
+//!    convex corner, is never the lowest point, however the bodies tilt. Mark these corners, and
+//!    leave out those inside, except the first.
 //!
 //! [`crate::force::TiltShares`] computes the weight of each corner, for all contacts of a pair of
 //! bodies at once. The weight is the range of tilts (up to the slope) at which the bodies would
@@ -38,12 +42,12 @@ mod outline;
 
 use glam::{DVec2, DVec3};
 
-use self::outline::{Frame, Outline, Outlines, Side};
+use self::outline::{Frame, Half, Outline, Outlines, Side};
 use super::clip::clip;
 use super::cso::Cso;
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_CORNERS, PATCH_SAME, PATCH_SIDES};
-use crate::body::{Feature, FeaturePair, Polytope, Valley, gap_beside};
+use crate::body::{Border, Feature, FeaturePair, FlatAround, Polytope, gap_beside};
 
 /// A contact for which a patch is searched, in b's frame.
 #[derive(Clone, Copy, Debug)]
@@ -68,6 +72,8 @@ pub(crate) struct Corner {
     pub separation: f64,
     /// The faces or edges on which the corner lies.
     pub features: FeaturePair,
+    /// See [`crate::detect::Contact::inside`].
+    pub inside: bool,
 }
 
 /// Working memory for one patch, and its result.
@@ -108,6 +114,40 @@ struct Sides<'o> {
     valleys: [bool; 2],
 }
 
+/// Where a corner is in the region that two flat faces of the meshes have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Standing {
+    /// At a convex corner of the region, or not in such a region.
+    Corner,
+    /// At its rim, but not at a convex corner. No tilt makes this point the lowest.
+    Rim,
+    /// Inside.
+    Inside,
+}
+
+impl Standing {
+    /// Returns the standing of a point from how much of its neighbourhood belongs to each face.
+    fn of(one: Option<FlatAround>, other: impl FnOnce() -> Option<FlatAround>) -> Self {
+        use FlatAround::{All, Half};
+        // Most points are at corners of the first face.
+        let Some(one @ (All | Half)) = one else { return Self::Corner };
+        match (one, other()) {
+            (All, Some(All)) => Self::Inside,
+            (All, Some(Half)) | (Half, Some(All)) => Self::Rim,
+            _ => Self::Corner,
+        }
+    }
+
+    /// Returns the standing of `place`, on the outlines of the two pieces on which it lies. If it
+    /// lies on several, the one with the least of its neighbourhood counts.
+    fn at(place: DVec2, [a, b]: [(&Half<'_>, &Outlines); 2], slope: f64, rounding: f64) -> Self {
+        let around = |(half, outlines): (&Half<'_>, &Outlines)| {
+            outlines.list().iter().filter_map(|one| one.around(half, place, slope, rounding)).max()
+        };
+        Self::of(around(a), || around(b))
+    }
+}
+
 /// A corner in the contact frame.
 #[derive(Clone, Copy, Debug)]
 struct Found {
@@ -140,14 +180,14 @@ impl Patch {
 
     /// Finds the corners of the contact `touch` for tilts up to `slope` (tangent of the angle).
     /// Keeps the corners whose separation is less than `within` (length unit of the polytopes).
-    /// `valleys` are the valleys of a and of b. Returns the slope up to which no corner is missing.
+    /// The borders are those of a and of b. Returns the slope up to which no corner is missing.
     ///
     /// The first of [`Self::corners`] is the deepest corner if it is as deep as the witness, else
     /// the witness.
     pub(crate) fn find(
         &mut self,
         [a, b]: [&Polytope; 2],
-        [valleys_a, valleys_b]: [&[Valley]; 2],
+        [border_a, border_b]: &[Border<'_>; 2],
         pose_ba: &Placement,
         touch: &Touch,
         slope: f64,
@@ -157,22 +197,39 @@ impl Patch {
         let frame = Frame::about(touch);
         self.found.count = 0;
         self.corners.clear();
-        self.corners.push(Corner { midpoint: frame.origin, separation, features: touch.features });
+        self.corners.push(Corner { midpoint: frame.origin, separation, features: touch.features, inside: false });
+        let half_a = Half { polytope: a, border: border_a, frame: frame.seen_from(pose_ba), outward: -1.0 };
+        let half_b = Half { polytope: b, border: border_b, frame, outward: 1.0 };
+        let rounding = || PATCH_SAME * Cso { a, b, pose_ba }.size();
+        let continues = border_a.has_inner() || border_b.has_inner();
+        let witness_is_inside = |rounding: f64| {
+            let around = |half: &Half<'_>, feature| Some(half.around_origin(feature, slope, rounding));
+            let [a, b] = [&half_a, &half_b];
+            Standing::of(around(a, touch.features.a), || around(b, touch.features.b)) != Standing::Corner
+        };
         let [outlines_a, outlines_b] = &mut self.outlines;
-        outlines_a.gather(a, valleys_a, touch.features.a, &frame.seen_from(pose_ba), -1.0, slope);
+        outlines_a.gather(&half_a, touch.features.a, slope);
         if outlines_a.count == 0 {
+            self.corners[0].inside = continues && witness_is_inside(rounding());
             return outlines_a.slope;
         }
-        outlines_b.gather(b, valleys_b, touch.features.b, &frame, 1.0, slope);
-        let slope = outlines_a.slope.min(outlines_b.slope);
-        let rounding = PATCH_SAME * Cso { a, b, pose_ba }.size();
+        outlines_b.gather(&half_b, touch.features.b, slope);
+        let (slope, rounding) = (outlines_a.slope.min(outlines_b.slope), rounding());
         for first in outlines_a.list() {
             for second in outlines_b.list() {
                 self.found.overlap(first, second, rounding);
                 self.found.beside(first, second, &PatchRange { slope, within, rounding });
             }
         }
-        self.write(&frame, separation, within, rounding);
+        let [outlines_a, outlines_b] = &self.outlines;
+        let standing = |place: DVec2| match continues {
+            true => Standing::at(place, [(&half_a, outlines_a), (&half_b, outlines_b)], slope, rounding),
+            false => Standing::Corner,
+        };
+        let range = PatchRange { slope, within, rounding };
+        if !write(self.found.list(), &mut self.corners, &frame, &range, standing) {
+            self.corners[0].inside = continues && witness_is_inside(rounding);
+        }
         slope
     }
 
@@ -180,29 +237,42 @@ impl Patch {
     pub(crate) fn corners(&self) -> &[Corner] {
         &self.corners
     }
+}
 
-    /// Writes the corners whose separation is less than `within`. The first is the deepest corner
-    /// if it is as deep as the witness, else the witness.
-    fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
-        let found = self.found.list();
-        let corner = |found: &Found| {
-            let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
-            // A gap must not be less than the separation. The computed gap can be less, because the
-            // planes of merged faces are exact only within the flatness tolerance.
-            Corner { midpoint, separation: found.gap.max(separation), features: found.features }
-        };
-        let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));
-        let Some(deepest) = deepest else { return };
-        if found[deepest].gap <= separation + rounding {
-            self.corners[0] = Corner { separation, ..corner(&found[deepest]) };
+/// Adds the corners whose separation is less than the range, and that are not inside flat faces.
+/// The first of `corners` is the witness. It is replaced by the deepest corner if this is as deep;
+/// then the result is true.
+fn write(
+    found: &[Found],
+    corners: &mut Vec<Corner>,
+    frame: &Frame,
+    range: &PatchRange,
+    standing: impl Fn(DVec2) -> Standing,
+) -> bool {
+    let separation = corners[0].separation;
+    let corner = |found: &Found, standing| {
+        let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
+        // A gap must not be less than the separation. The computed gap can be less, because the
+        // planes of merged faces are exact only within the flatness tolerance.
+        let separation = found.gap.max(separation);
+        Corner { midpoint, separation, features: found.features, inside: standing != Standing::Corner }
+    };
+    let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));
+    let Some(deepest) = deepest else { return false };
+    let is_written = found[deepest].gap <= separation + range.rounding;
+    if is_written {
+        corners[0] = Corner { separation, ..corner(&found[deepest], standing(found[deepest].place)) };
+    }
+    for (k, other) in found.iter().enumerate() {
+        if is_written && k == deepest || other.gap >= range.within {
+            continue;
         }
-        let is_written = found[deepest].gap <= separation + rounding;
-        for (k, other) in found.iter().enumerate() {
-            if !(is_written && k == deepest) && other.gap < within {
-                self.corners.push(corner(other));
-            }
+        let standing = standing(other.place);
+        if standing != Standing::Inside {
+            corners.push(corner(other, standing));
         }
     }
+    is_written
 }
 
 impl FoundCorners {
@@ -293,7 +363,8 @@ impl FoundCorners {
     fn add_overlap(&mut self, a: &Outline, b: &Outline, place: DVec2, rounding: f64) {
         let (above, below) = (a.height(place), b.height(place));
         let features = FeaturePair { a: a.feature, b: b.feature };
-        self.add(Found { place, height: 0.5 * (above + below), gap: above - below, features }, rounding);
+        let (height, gap) = (0.5 * (above + below), above - below);
+        self.add(Found { place, height, gap, features }, rounding);
     }
 
     /// Does step 4: adds a corner. If a corner already exists at its place, keeps the deeper of the

@@ -34,6 +34,11 @@ pub struct Contact {
     /// a sample.
     #[cfg_attr(feature = "serde", serde(default = "one"))]
     pub count: f64,
+    /// True if the contact is inside the region that two flat faces of the meshes have in common,
+    /// or at its rim but not at a convex corner. However the bodies tilt, another point of the
+    /// region is lower, so other contacts bear the load.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub inside: bool,
 }
 
 /// Returns the count of a contact that represents only one contact.

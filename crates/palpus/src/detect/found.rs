@@ -40,5 +40,5 @@ pub(super) fn at(
     separation: f64,
 ) -> Contact {
     let (LeafPair { piece_a, piece_b, .. }, [point_a, point_b]) = (*leaf, points);
-    Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope: 0.0, count: 1.0 }
+    Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope: 0.0, count: 1.0, inside: false }
 }

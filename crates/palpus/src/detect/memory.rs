@@ -27,6 +27,7 @@ pub(super) struct PairMemory {
     turns_with_a: bool,
     slope: f64,
     count: f64,
+    inside: bool,
 }
 
 impl PairMemory {
@@ -42,6 +43,7 @@ impl PairMemory {
             turns_with_a,
             slope: contact.slope,
             count: contact.count,
+            inside: contact.inside,
         }
     }
 
@@ -68,6 +70,7 @@ impl PairMemory {
             separation,
             slope: self.slope,
             count: self.count,
+            inside: self.inside,
         }
     }
 }
@@ -94,8 +97,18 @@ mod tests {
                 let (normal, separation) = (random.direction(), random.between(-1e-3, 1e-3));
                 let [point_a, point_b] = points_about(random.point(1.0), normal, separation);
                 let (piece_a, piece_b, slope) = (3, 4, 0.1);
-                let contact =
-                    Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope, count: 1.0 };
+                let contact = Contact {
+                    piece_a,
+                    piece_b,
+                    features,
+                    point_a,
+                    point_b,
+                    normal,
+                    separation,
+                    slope,
+                    count: 1.0,
+                    inside: false,
+                };
                 let memory = PairMemory::of(&contact, &pose.placement());
                 let same = memory.extrapolate(&pose.placement());
                 assert!((same.separation - separation).abs() < 1e-12, "seed {SEED:#x}: {same:?}");

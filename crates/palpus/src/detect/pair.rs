@@ -11,8 +11,8 @@ use crate::algebra::tolerance::OFFSET_SLACK;
 use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart, support_gap};
 use crate::depth::{
-    AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, inadmissible_angle,
-    least_admissible_depth,
+    AdmissibleDepth, Antipodal, Certainty, Corner, Depth, HubPair, Seed, Touch, admissible_depth, depth,
+    inadmissible_angle, least_admissible_depth,
 };
 
 impl PartSearch {
@@ -215,8 +215,8 @@ impl PartSearch {
         let (piece_a, piece_b) = input.pieces(contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
         let (a, b) = (input.a.admissible(), input.b.admissible());
-        let valleys = [a.valleys_of(contact.piece_a), b.valleys_of(contact.piece_b)];
-        let slope = self.patch.find([piece_a, piece_b], valleys, &input.place, &touch, slope, input.tolerance);
+        let borders = [a.border_of(contact.piece_a), b.border_of(contact.piece_b)];
+        let slope = self.patch.find([piece_a, piece_b], &borders, &input.place, &touch, slope, input.tolerance);
         counters.patches += 1;
         let corners = self.patch.corners();
         if corners.len() > room {
@@ -225,7 +225,8 @@ impl PartSearch {
         self.contacts.pop();
         self.contacts.extend(corners.iter().map(|corner| {
             let [point_a, point_b] = points_about(corner.midpoint, normal, corner.separation);
-            Contact { features: corner.features, point_a, point_b, separation: corner.separation, slope, ..*contact }
+            let Corner { features, separation, inside, .. } = *corner;
+            Contact { features, point_a, point_b, separation, slope, inside, ..*contact }
         }));
         counters.corners += (corners.len() - 1) as u32;
         corners.len() > 1

@@ -357,6 +357,7 @@ mod tests {
             separation,
             slope: 0.0,
             count: 1.0,
+            inside: false,
         }
     }
 

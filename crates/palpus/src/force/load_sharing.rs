@@ -134,9 +134,15 @@ impl LoadSharing {
     /// The shares are in [`Self::shares`] until the next run.
     pub fn run(&mut self, contacts: &[Tilted], known: Option<&[f64]>, ahead: f64) -> &[f64] {
         self.given = known.is_some();
-        let tilts = known.unwrap_or_else(|| self.tilts.run(contacts));
         self.counts.clear();
-        self.counts.extend(contacts.iter().zip(tilts).map(|(contact, tilt)| contact.count * tilt));
+        match known {
+            Some(tilts) => self.counts.extend_from_slice(tilts),
+            None => {
+                self.tilts.run(contacts);
+                self.counts.extend((0..contacts.len()).map(|i| self.tilts.beside_rim(i, contacts)));
+            }
+        }
+        self.counts.iter_mut().zip(contacts).for_each(|(count, contact)| *count *= contact.count);
         self.look(contacts);
         self.shares.clear();
         let mut share = OfDirection::new();
@@ -286,6 +292,7 @@ mod tests {
             slope: 0.0,
             count: 1.0,
             pieces: [0; 2],
+            inside: false,
         }
     }
 

@@ -30,6 +30,7 @@ pub(crate) fn contact(pieces: (u32, u32), midpoint: DVec3, normal: DVec3, separa
         separation,
         slope: 0.0,
         count: 1.0,
+        inside: false,
     }
 }
 

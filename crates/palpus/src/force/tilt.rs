@@ -17,6 +17,9 @@
 //! * A common corner of patches of neighbouring pieces counts once. Its share is 0 if it lies
 //!   inside the surface that the patches form together, or on the line between two corners. So if a
 //!   flat surface is cut into pieces, its rim bears the load.
+//! * Pieces overlap where the mesh is flat, and a corner of one piece may lie inside a side of
+//!   another. So the patches alone do not show that a corner is inside a flat face. The query marks
+//!   these contacts ([`Contact::inside`]), and the rim bears their load ([`rims`]).
 //! * Patches without a common corner do not affect each other: each foot of a table has its own
 //!   corners.
 //! * A contact without a patch counts fully.
@@ -34,12 +37,15 @@
 //! the second term small for similar loads. A stronger dependence on loads would oscillate, because
 //! the tool's step uses the shares of the last tick.
 
+mod rims;
+
 use std::f64::consts::PI;
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use crate::algebra::tolerance::TILT_SAME;
+use self::rims::Rims;
+use crate::algebra::tolerance::{TILT_INSIDE, TILT_SAME};
 use crate::detect::Contact;
 
 /// Data of a contact for the tilt shares.
@@ -60,6 +66,8 @@ pub struct Tilted {
     pub count: f64,
     /// The pieces of a and b: contacts with equal pieces are corners of one patch.
     pub pieces: [u32; 2],
+    /// [`Contact::inside`].
+    pub inside: bool,
 }
 
 impl Tilted {
@@ -79,6 +87,7 @@ impl Tilted {
             slope: contact.slope,
             count: contact.count,
             pieces: [contact.piece_a, contact.piece_b],
+            inside: contact.inside,
         }
     }
 }
@@ -96,9 +105,19 @@ pub struct TiltShares {
     /// Begin and end of the patch of each contact.
     patches: Vec<[u32; 2]>,
     shares: Vec<f64>,
-    /// True for each contact of the last run whose position no other patch has.
-    alone: Vec<bool>,
+    /// The position of each contact of the last run.
+    positions: Vec<Position>,
+    rims: Rims,
     cell: Cell,
+}
+
+/// The position of a contact.
+#[derive(Clone, Copy, Debug)]
+struct Position {
+    /// True if no other patch has a corner at this position.
+    alone: bool,
+    /// [`Tilted::inside`] of any contact at this position.
+    inside: bool,
 }
 
 /// A cell, in units in which the disc of slopes has radius 1. It starts as the square around the
@@ -133,6 +152,8 @@ const MEET: usize = 8;
 struct PatchesAtCorner {
     patches: [[u32; 2]; MEET],
     count: usize,
+    /// True if the corner is inside a flat face.
+    inside: bool,
 }
 
 impl TiltShares {
@@ -143,7 +164,8 @@ impl TiltShares {
             places: Vec::with_capacity(capacity),
             patches: Vec::with_capacity(capacity),
             shares: Vec::with_capacity(capacity),
-            alone: Vec::with_capacity(capacity),
+            positions: Vec::with_capacity(capacity),
+            rims: Rims::new(capacity),
             cell: Cell::EMPTY,
         }
     }
@@ -151,18 +173,26 @@ impl TiltShares {
     /// Computes the tilt share of each of the `contacts`, from 0 to 1.
     pub fn run(&mut self, contacts: &[Tilted]) -> &[f64] {
         self.prepare(contacts);
+        self.positions.clear();
         self.shares.clear();
-        self.alone.clear();
         for i in 0..contacts.len() {
-            let (share, alone) = self.share_alone(i, contacts);
+            let (share, position) = self.find(i, contacts);
             self.shares.push(share);
-            self.alone.push(alone);
+            self.positions.push(position);
         }
         &self.shares
     }
 
+    /// Returns the tilt share of contact `i` of the last run of these `contacts`, reduced if the
+    /// rim of a flat face bears the contact's load.
+    pub(super) fn beside_rim(&mut self, i: usize, contacts: &[Tilted]) -> f64 {
+        let share = self.shares[i];
+        if self.positions[i].inside { share * self.rims.part(&contacts[i]) } else { share }
+    }
+
     /// Prepares [`Self::share_of`] for these contacts.
     pub(super) fn prepare(&mut self, contacts: &[Tilted]) {
+        self.rims.prepare(contacts);
         self.patches.clear();
         for patch in contacts.chunk_by(|one, other| one.slope > 0.0 && one.pieces == other.pieces) {
             let first = self.patches.len() as u32;
@@ -180,26 +210,40 @@ impl TiltShares {
         }
     }
 
-    /// Returns the tilt share of contact `i` of the prepared `contacts`, from 0 to 1.
+    /// Returns the tilt share of contact `i` of the prepared `contacts`, reduced as in
+    /// [`Self::beside_rim`]; 0 if the rim bears the whole load.
     pub(super) fn share_of(&mut self, i: usize, contacts: &[Tilted]) -> f64 {
-        self.share_alone(i, contacts).0
+        if contacts[i].slope <= 0.0 {
+            return 1.0;
+        }
+        let Some(at) = self.patches_at(i, contacts) else { return 0.0 };
+        let part = if at.inside { self.rims.part(&contacts[i]) } else { 1.0 };
+        if part > TILT_INSIDE { part * self.share(i, &at, contacts) } else { 0.0 }
     }
 
-    /// Returns the tilt share of contact `i` of the prepared `contacts`, and whether only its own
-    /// patch has a corner at its position.
-    fn share_alone(&mut self, i: usize, contacts: &[Tilted]) -> (f64, bool) {
-        if contacts[i].slope > 0.0 {
-            let at_corner = self.patches_at(i, contacts);
-            at_corner.map_or((0.0, false), |at| (self.share(i, &at, contacts), at.count == 1))
-        } else {
-            (1.0, true)
+    /// Returns true if other contacts bear the load of contact `i` of the prepared `contacts`. This
+    /// contact is inside a flat face.
+    pub(super) fn is_borne(&mut self, i: usize, contacts: &[Tilted]) -> bool {
+        match self.patches_at(i, contacts) {
+            Some(at) => at.inside && self.rims.part(&contacts[i]) <= TILT_INSIDE,
+            None => true,
+        }
+    }
+
+    fn find(&mut self, i: usize, contacts: &[Tilted]) -> (f64, Position) {
+        if contacts[i].slope <= 0.0 {
+            return (1.0, Position { alone: true, inside: false });
+        }
+        match self.patches_at(i, contacts) {
+            None => (0.0, Position { alone: false, inside: false }),
+            Some(at) => (self.share(i, &at, contacts), Position { alone: at.count == 1, inside: at.inside }),
         }
     }
 
     /// Returns the shares of one whole patch of the last run, if they are the shares that the patch
     /// would have without all other patches.
     pub(super) fn of_patch(&self, patch: Range<usize>) -> Option<&[f64]> {
-        self.alone[patch.clone()].iter().all(|alone| *alone).then(|| &self.shares[patch])
+        self.positions[patch.clone()].iter().all(|position| position.alone).then(|| &self.shares[patch])
     }
 
     /// Returns the shares of the last run.
@@ -211,7 +255,7 @@ impl TiltShares {
     /// represents this position: a deeper contact, or an earlier contact of equal depth.
     fn patches_at(&self, i: usize, contacts: &[Tilted]) -> Option<PatchesAtCorner> {
         let (one, k) = (&contacts[i], self.places[i] as usize);
-        let mut at_corner = PatchesAtCorner { patches: [self.patches[i]; MEET], count: 1 };
+        let mut at_corner = PatchesAtCorner { patches: [self.patches[i]; MEET], count: 1, inside: one.inside };
         let same = TILT_SAME * one.place.length();
         let here = self.sorted[k].0;
         let near = |other: &&(f64, u32)| (other.0 - here).abs() <= same;
@@ -229,6 +273,7 @@ impl TiltShares {
                 return None;
             }
             at_corner.add(self.patches[j]);
+            at_corner.inside &= other.inside;
         }
         Some(at_corner)
     }

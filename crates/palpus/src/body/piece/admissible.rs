@@ -28,12 +28,15 @@
 //! limit the arc of an edge.
 
 mod apart;
+mod border;
 mod build;
 mod cap;
 #[cfg(test)]
 mod tests;
 mod valley;
 
+pub(crate) use border::{Border, FaceRim, FlatAround, is_near};
+use border::{InnerVertex, PartialSide};
 pub use cap::Cap;
 use glam::DVec3;
 pub(crate) use valley::{Valley, gap_beside};
@@ -51,6 +54,10 @@ pub struct Admissible {
     borrowed: Vec<Borrowed>,
     arcs: Vec<SurfaceArc>,
     valleys: Vec<Valley>,
+    /// By ascending index of their vertex in each piece.
+    inner: Vec<InnerVertex>,
+    /// By ascending index of face and side in each piece.
+    partial: Vec<PartialSide>,
     /// For each vertex of each piece, the mesh vertex at the same position, or [`NONE`].
     corners: Vec<u32>,
     caps: Vec<Cap>,
@@ -72,6 +79,8 @@ struct Range {
     borrowed: u32,
     arcs: u32,
     valleys: u32,
+    inner: u32,
+    partial: u32,
     corners: u32,
 }
 
@@ -82,6 +91,11 @@ pub struct SurfaceFace {
     pub face: u32,
     /// True if the triangles cover the whole face.
     pub whole: bool,
+    /// True if the mesh covers at least half of the face, together with the triangles of other
+    /// pieces.
+    pub covered: bool,
+    /// How the flat face of the mesh continues beyond this face.
+    pub(crate) rim: FaceRim,
 }
 
 /// A borrowed normal of a piece. It is the normal of the mesh beyond an edge of the piece, at the

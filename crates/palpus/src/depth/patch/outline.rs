@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use super::Touch;
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_FACES, PATCH_SIDES};
-use crate::body::{Feature, Polytope, Provenance, Valley};
+use crate::body::{Border, FaceRim, Feature, FlatAround, Polytope, Provenance, Valley, is_near};
 
 /// The outlines of the faces of one piece that nearly lie in the contact plane. If no face is flat
 /// enough, the list has outlines of edges.
@@ -30,6 +30,12 @@ pub(super) struct Outline {
     pub(super) feature: Feature,
     /// Bit k is set if side k is a valley.
     valleys: u32,
+    /// For a face: how the flat face of the mesh continues beyond it.
+    rim: FaceRim,
+    /// The corners of the face of which one is a corner of the outline, in the face's order.
+    stride: usize,
+    /// True if the corners are in the reverse order of those of the face.
+    turned: bool,
 }
 
 /// A side of an outline.
@@ -88,6 +94,65 @@ impl Frame {
     }
 }
 
+/// One of the two pieces of a contact.
+pub(super) struct Half<'p> {
+    pub(super) polytope: &'p Polytope,
+    pub(super) border: &'p Border<'p>,
+    /// The contact frame in the coordinates of the piece.
+    pub(super) frame: Frame,
+    /// 1 if the piece's surface faces along the normal, and −1 if it faces against the normal.
+    pub(super) outward: f64,
+}
+
+impl Half<'_> {
+    /// Returns the unit vector from this piece toward the other piece.
+    fn upward(&self) -> DVec3 {
+        self.frame.z * self.outward
+    }
+
+    /// Returns how much of the neighbourhood of `vertex` belongs to a flat face of the mesh whose
+    /// slope is less than `slope`.
+    pub(super) fn around(&self, vertex: u32, slope: f64) -> FlatAround {
+        self.border.around(vertex, self.upward(), slope)
+    }
+
+    /// Returns how much of the neighbourhood of the frame's origin, on `feature`, belongs to a flat
+    /// face of the mesh whose slope is less than `slope`.
+    pub(super) fn around_origin(&self, feature: Feature, slope: f64, rounding: f64) -> FlatAround {
+        let polytope = self.polytope;
+        match feature {
+            Feature::Vertex(v) => self.around(v, slope),
+            Feature::Edge(edge) => self.beside(edge, slope),
+            Feature::Face(face) => {
+                let (corners, normal) = (polytope.face_vertices(face), polytope.plane(face).normal);
+                let is_inside = |k: usize| {
+                    let from = polytope.vertex(corners.at(k));
+                    let along = polytope.vertex(corners.at((k + 1) % corners.len())) - from;
+                    normal.cross(along).dot(self.frame.origin - from) > rounding * along.length()
+                };
+                if (0..corners.len()).all(is_inside) { FlatAround::All } else { FlatAround::Corner }
+            }
+        }
+    }
+
+    /// As [`Self::around`], for a point on an edge. If the mesh is flat along a part of the edge,
+    /// the edge counts as a rim.
+    fn beside(&self, edge: u32, slope: f64) -> FlatAround {
+        let sides = self.polytope.edge(edge);
+        let rim = |face: u32| {
+            let is_flat = is_near(self.polytope.plane(face).normal, self.upward(), slope);
+            let own = self.border.face(face).filter(|_| is_flat)?;
+            let side = self.polytope.face_edges(face).iter().take(64).position(|e| e == edge)?;
+            Some(self.border.rim_of_side(own.rim, face, side))
+        };
+        match [sides.left, sides.right].into_iter().find_map(rim) {
+            None => FlatAround::Corner,
+            Some([begin, end]) if end < begin => FlatAround::All,
+            Some(_) => FlatAround::Half,
+        }
+    }
+}
+
 impl Outline {
     const NONE: Self = Self {
         corners: [DVec2::ZERO; PATCH_SIDES],
@@ -96,6 +161,9 @@ impl Outline {
         rise: DVec2::ZERO,
         feature: Feature::Vertex(0),
         valleys: 0,
+        rim: FaceRim::NONE,
+        stride: 1,
+        turned: false,
     };
 
     pub(super) fn corners(&self) -> &[DVec2] {
@@ -125,22 +193,78 @@ impl Outline {
         self.valleys & (1 << k) != 0
     }
 
-    /// Replaces this outline by that of a face. `turned` is true for a face whose loop runs
-    /// clockwise about the normal.
-    fn set_face(&mut self, polytope: &Polytope, valleys: &[Valley], face: u32, frame: &Frame, turned: bool) {
+    /// Returns how much of the neighbourhood of `place` belongs to a flat face of the mesh. `None`
+    /// if the place is not on the outline or within it. Distances up to `rounding` do not count.
+    pub(super) fn around(&self, half: &Half<'_>, place: DVec2, slope: f64, rounding: f64) -> Option<FlatAround> {
+        let squared = rounding * rounding;
+        let mut on_side = None;
+        for k in 0..self.side_count() {
+            let side = self.side(k);
+            let inward = side.inward(place);
+            if inward * inward <= squared * side.along.length_squared() {
+                on_side = Some(k);
+            } else if inward < 0.0 || self.is_segment() {
+                return None;
+            }
+        }
+        let Some(side) = on_side else { return Some(FlatAround::All) };
+        let is_at = |corner: &DVec2| corner.distance_squared(place) <= squared;
+        let corner = self.corners().iter().position(is_at);
+        Some(match (self.feature, corner) {
+            (Feature::Edge(edge), None) => half.beside(edge, slope),
+            (Feature::Edge(edge), Some(k)) => {
+                let ends = half.polytope.edge(edge);
+                half.around([ends.tail, ends.head][k], slope)
+            }
+            (_, Some(k)) => {
+                let k = if self.turned { self.count - 1 - k } else { k };
+                self.rim.around(k * self.stride)
+            }
+            (_, None) => self.on_side(half.border, side, place, rounding),
+        })
+    }
+
+    /// As [`Self::around`], for a place on side `k` of a face.
+    fn on_side(&self, border: &Border<'_>, k: usize, place: DVec2, rounding: f64) -> FlatAround {
+        let Feature::Face(face) = self.feature else { return FlatAround::Corner };
+        // A side that leaves corners out may cross the flat face, and counts as a rim.
+        if self.stride > 1 || !self.rim.continues() {
+            return FlatAround::Half;
+        }
+        let side = self.side(k);
+        let (squared, mut along) = (side.along.length_squared(), side.along.dot(place - side.from));
+        let mut own = k;
+        if self.turned {
+            along = squared - along;
+            own = if k + 1 < self.count { self.count - 2 - k } else { self.count - 1 };
+        }
+        let [begin, end] = border.rim_of_side(self.rim, face, own);
+        let slack = rounding * squared.sqrt();
+        if along < begin * squared - slack || along > end * squared + slack {
+            FlatAround::All
+        } else {
+            FlatAround::Half
+        }
+    }
+
+    /// Replaces this outline by that of a face.
+    fn set_face(&mut self, half: &Half<'_>, face: u32) {
+        let Half { polytope, border, frame, outward } = half;
         (self.feature, self.count, self.valleys) = (Feature::Face(face), 0, 0);
         let corners = polytope.face_vertices(face);
         let stride = corners.len().div_ceil(PATCH_SIDES);
+        (self.rim, self.stride, self.turned) = (border.rim(face), stride, *outward < 0.0);
         for k in (0..corners.len()).step_by(stride) {
             let from = corners.at(k);
             let place = frame.point(polytope.vertex(from));
             // A side that leaves corners out is not an edge.
             let is_valley = |valley: &Valley| valley.face == face && valley.ends[0] == from;
-            self.valleys |= u32::from(stride == 1 && valleys.iter().any(is_valley)) << self.count;
+            self.valleys |= u32::from(stride == 1 && border.valleys().iter().any(is_valley)) << self.count;
             self.corners[self.count] = place.truncate();
             self.count += 1;
         }
-        if turned {
+        // The loop of a face that faces against the normal runs clockwise about the normal.
+        if self.turned {
             self.corners[..self.count].reverse();
             // Side k led to corner k + 1, and now begins there.
             if self.valleys != 0 {
@@ -156,9 +280,9 @@ impl Outline {
     }
 
     /// Returns the outline of an edge. `None` if the edge is perpendicular to the contact plane.
-    fn of_edge(polytope: &Polytope, edge: u32, frame: &Frame) -> Option<Self> {
-        let ends = polytope.edge(edge);
-        let [tail, head] = [ends.tail, ends.head].map(|v| frame.point(polytope.vertex(v)));
+    fn of_edge(half: &Half<'_>, edge: u32) -> Option<Self> {
+        let ends = half.polytope.edge(edge);
+        let [tail, head] = [ends.tail, ends.head].map(|v| half.frame.point(half.polytope.vertex(v)));
         let along = (head - tail).truncate();
         let mut outline = Self { feature: Feature::Edge(edge), count: 2, ..Self::NONE };
         (outline.corners[0], outline.corners[1]) = (tail.truncate(), head.truncate());
@@ -175,25 +299,24 @@ impl Outlines {
         &self.list[..self.count]
     }
 
-    /// Does step 1 for one piece. `outward` is 1 if the piece's surface faces along the normal, and
-    /// −1 if the surface faces against the normal.
-    pub(super) fn gather(
-        &mut self,
-        polytope: &Polytope,
-        valleys: &[Valley],
-        feature: Feature,
-        frame: &Frame,
-        outward: f64,
-        slope: f64,
-    ) {
+    /// Does step 1 for one piece, for tilts up to `slope`. `feature` is the piece's feature at the
+    /// contact.
+    pub(super) fn gather(&mut self, half: &Half<'_>, feature: Feature, slope: f64) {
+        let (polytope, frame) = (half.polytope, &half.frame);
         (self.count, self.slope) = (0, slope);
         if let Feature::Vertex(v) = feature
             && is_steep(polytope, v, frame, slope)
         {
             return;
         }
-        let mut near =
-            NearFaces { polytope, up: frame.z * outward, slope, faces: [(0, 0.0); 2 * PATCH_FACES], count: 0 };
+        let mut near = NearFaces {
+            polytope,
+            border: half.border,
+            up: half.upward(),
+            slope,
+            faces: [(0, 0.0); 2 * PATCH_FACES],
+            count: 0,
+        };
         match feature {
             Feature::Face(face) => near.visit(face),
             Feature::Edge(edge) => {
@@ -210,30 +333,30 @@ impl Outlines {
             self.slope = left_out.sqrt();
         }
         for &(face, _) in faces.iter().take(PATCH_FACES) {
-            self.list[self.count].set_face(polytope, valleys, face, frame, outward < 0.0);
+            self.list[self.count].set_face(half, face);
             self.count += 1;
         }
         if self.count == 0 {
-            self.gather_edges(polytope, feature, frame);
+            self.gather_edges(half, feature);
         }
     }
 
     /// Does step 1 for edges, if no face is flat enough.
-    fn gather_edges(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame) {
+    fn gather_edges(&mut self, half: &Half<'_>, feature: Feature) {
         match feature {
             Feature::Face(_) => {}
-            Feature::Edge(edge) => self.push_edge(polytope, edge, frame),
-            Feature::Vertex(v) => polytope.ring(v).iter().for_each(|spoke| self.push_edge(polytope, spoke.edge, frame)),
+            Feature::Edge(edge) => self.push_edge(half, edge),
+            Feature::Vertex(v) => half.polytope.ring(v).iter().for_each(|spoke| self.push_edge(half, spoke.edge)),
         }
     }
 
-    fn push_edge(&mut self, polytope: &Polytope, edge: u32, frame: &Frame) {
-        let ends = polytope.edge(edge);
+    fn push_edge(&mut self, half: &Half<'_>, edge: u32) {
+        let (polytope, ends) = (half.polytope, half.polytope.edge(edge));
         let along = polytope.vertex(ends.head) - polytope.vertex(ends.tail);
-        if !is_flat(along, frame, self.slope) || polytope.edge_provenance(edge) != Provenance::Original {
+        if !is_flat(along, &half.frame, self.slope) || polytope.edge_provenance(edge) != Provenance::Original {
             return;
         }
-        let Some(outline) = Outline::of_edge(polytope, edge, frame) else { return };
+        let Some(outline) = Outline::of_edge(half, edge) else { return };
         if self.count < PATCH_FACES {
             self.list[self.count] = outline;
             self.count += 1;
@@ -259,6 +382,7 @@ fn is_steep(polytope: &Polytope, v: u32, frame: &Frame, slope: f64) -> bool {
 /// The search for faces that are flat enough.
 struct NearFaces<'p> {
     polytope: &'p Polytope,
+    border: &'p Border<'p>,
     /// Unit vector in the piece's frame: out of the piece, toward the other piece.
     up: DVec3,
     slope: f64,
@@ -280,7 +404,8 @@ impl NearFaces<'_> {
         if slope < self.slope * self.slope
             && self.count < self.faces.len()
             && !is_known()
-            && self.polytope.face_provenance(face) == Provenance::Original
+            && (self.polytope.face_provenance(face) == Provenance::Original
+                || self.border.face(face).is_some_and(|own| own.covered))
         {
             self.faces[self.count] = (face, slope);
             self.count += 1;

@@ -7,8 +7,7 @@ use glam::{DQuat, DVec3};
 use super::*;
 use crate::algebra::Pose;
 use crate::algebra::Random;
-use crate::body::Provenance;
-use crate::body::convex_hull;
+use crate::body::{Admissible, Provenance, convex_hull};
 use crate::collision::{Proximity, initial_features, march};
 
 const SEED: u64 = 0xC012;
@@ -46,7 +45,8 @@ fn corners(a: &Polytope, b: &Polytope, pose: &Pose) -> (Vec<Corner>, f64) {
         normal: closest.normal,
     };
     let mut patch = Patch::new();
-    patch.find([a, b], [&[]; 2], &place, &touch, SLOPE, WITHIN);
+    let none = Admissible::none();
+    patch.find([a, b], &[none.border_of(0); 2], &place, &touch, SLOPE, WITHIN);
     (patch.corners().to_vec(), closest.distance)
 }
 

@@ -98,7 +98,14 @@ impl Linkage {
             corners.extend(order.iter().map(|&i| Tilted::of(&contacts[i as usize], settings.contact_offset)));
             tilts.prepare(corners);
         }
-        let mut inside = 0;
+        candidates.clear();
+        for (rank, one) in order.iter().map(|&i| &contacts[i as usize]).enumerate() {
+            if smooth && one.inside && tilts.is_borne(rank, corners) {
+                continue;
+            }
+            candidates.push(Candidate { separation: expected(one), rank: rank as u32, size: 0.0, priority: 0.0 });
+        }
+        let mut inside = (order.len() - candidates.len()) as u32;
         // Moves the first `count` candidates that are not inside a face to the front of the list,
         // and returns their number and the number of candidates that were looked at.
         let mut take = |list: &mut [Candidate], count: usize, before: fn(&Candidate, &Candidate) -> Ordering| {
@@ -125,11 +132,6 @@ impl Linkage {
             (taken, seen)
         };
         let contact = |one: &Candidate| &contacts[order[one.rank as usize] as usize];
-        candidates.clear();
-        candidates.extend(order.iter().enumerate().map(|(rank, &i)| {
-            let separation = expected(&contacts[i as usize]);
-            Candidate { separation, rank: rank as u32, size: 0.0, priority: 0.0 }
-        }));
         let quarter = settings.most.div_ceil(4);
         let (deepest, seen) = take(candidates, quarter, deeper);
         let pushed = candidates[..deepest].iter().map(|one| contact(one).normal).sum::<DVec3>().normalize_or_zero();

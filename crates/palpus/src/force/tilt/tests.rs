@@ -16,6 +16,7 @@ fn at(x: f64, y: f64, separation: f64) -> Tilted {
         slope: SLOPE,
         count: 1.0,
         pieces: [0; 2],
+        inside: false,
     }
 }
 
@@ -92,6 +93,7 @@ fn many_contacts_in_a_plane_across_an_axis_meet_their_neighbours() {
             place: DVec3::new(0.0, y, z),
             direction: DVec3::X,
             pieces: [0, k],
+            inside: false,
             ..at(0.0, 0.0, 0.0)
         })
     };
@@ -195,4 +197,28 @@ fn shares_are_areas_of_cells() {
             assert!((share - counted).abs() < 5e-3, "seed {SEED:#x}, round {round}: {share}, counted {counted}");
         }
     }
+}
+
+/// Returns the shares beside the rim.
+fn beside_rim(contacts: &[Tilted]) -> Vec<f64> {
+    let mut tilts = TiltShares::new(contacts.len());
+    tilts.run(contacts);
+    (0..contacts.len()).map(|i| tilts.beside_rim(i, contacts)).collect()
+}
+
+#[test]
+fn rim_bears_the_load_of_contacts_inside() {
+    let inside = |x: f64, separation: f64| Tilted { inside: true, pieces: [1, 0], ..at(x, 0.0, separation) };
+    let alone = [inside(0.0, 0.0), inside(0.01, 0.0)];
+    close(&beside_rim(&alone), &[0.5; 2]);
+    let rim = Tilted { engagement: 0.5e-4, ..at(0.05, 0.0, 0.5e-4) };
+    for (pressing, part) in [(0.0, 1.0), (0.5e-4, 0.125), (1e-4, 0.0), (2e-4, 0.0)] {
+        let rim = Tilted { engagement: pressing, ..rim };
+        let found = beside_rim(&[alone[0], alone[1], rim]);
+        assert!((found[0] - 0.5 * part).abs() < 1e-6 && found[0] > 0.0, "{pressing}: {found:?}");
+        assert!((found[2] - 1.0).abs() < 1e-9, "{pressing}: {found:?}");
+    }
+    // The rim of another surface bears nothing.
+    let other = Tilted { direction: DVec3::new(2.0 * SLOPE, 0.0, 1.0).normalize(), engagement: 1e-4, ..rim };
+    close(&beside_rim(&[alone[0], alone[1], other])[..2], &[0.5; 2]);
 }

@@ -1,6 +1,8 @@
 //! Tests the admissible normals of the two pieces of an L-shaped block.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
+
+use super::FlatAround;
 
 use crate::algebra::Random;
 use crate::body::{Body, BodySettings, Feature, PolygonSoup};
@@ -138,4 +140,33 @@ fn no_direction_within_the_bound_is_admissible() {
         }
     }
     assert!(apart > 500 && differ > 500, "seed {SEED:#x}: {apart}, {differ}");
+}
+
+#[test]
+fn only_the_notch_and_the_cut_of_an_l_face_are_inner() {
+    let body = l_block();
+    assert_eq!(body.pieces().len(), 2);
+    let (mut notches, mut cuts) = (0, 0);
+    for (k, polytope) in (0..).zip(body.polytopes()) {
+        let border = body.admissible().border_of(k);
+        for own in body.admissible_normals(k).faces() {
+            let (corners, normal) = (polytope.face_vertices(own.face), polytope.plane(own.face).normal);
+            if normal.z.abs() < 0.5 {
+                continue;
+            }
+            for i in 0..corners.len() {
+                let [p, q] = [i, (i + 1) % corners.len()].map(|i| polytope.vertex(corners.at(i)).truncate());
+                let is_notch = p.distance(DVec2::ONE) < 1e-12;
+                assert_eq!(own.rim.around(i), if is_notch { FlatAround::Half } else { FlatAround::Corner }, "{p}");
+                let middle = p.midpoint(q);
+                let inside = middle.cmpgt(DVec2::splat(1e-9)).all() && middle.max_element() < 1.0 - 1e-9;
+                let expected = if inside { [1.0, 0.0] } else { [0.0, 1.0] };
+                assert_eq!(border.rim_of_side(own.rim, own.face, i), expected, "{p} {q}");
+                notches += u32::from(is_notch);
+                cuts += u32::from(inside);
+            }
+        }
+    }
+    // Two pieces, with two faces each.
+    assert_eq!([notches, cuts], [4, 4]);
 }
