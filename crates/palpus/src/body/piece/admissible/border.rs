@@ -101,7 +101,7 @@ impl<'a> Border<'a> {
 }
 
 /// How the flat face of the mesh continues beyond a surface face; one bit for each corner or side.
-/// A face with more than 64 corners has no bits.
+/// Corners after the first 64 have no bits, and sides of faces with more corners have none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct FaceRim {
     /// The corners with [`FlatAround::All`].
@@ -127,10 +127,11 @@ impl FaceRim {
     /// Returns how much of the neighbourhood of corner `k` belongs to a flat face.
     #[inline]
     pub(crate) fn around(self, k: usize) -> FlatAround {
-        match (self.all >> k & 1, self.half >> k & 1) {
-            (0, 0) => FlatAround::Corner,
-            (0, _) => FlatAround::Half,
-            _ => FlatAround::All,
+        let has = |bits: u64| k < u64::BITS as usize && bits >> k & 1 != 0;
+        match (has(self.all), has(self.half)) {
+            (true, _) => FlatAround::All,
+            (false, true) => FlatAround::Half,
+            (false, false) => FlatAround::Corner,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::FlatAround;
+use super::{FaceRim, FlatAround};
 
 use crate::algebra::Random;
 use crate::body::{Body, BodySettings, Feature, PolygonSoup};
@@ -140,6 +140,12 @@ fn no_direction_within_the_bound_is_admissible() {
         }
     }
     assert!(apart > 500 && differ > 500, "seed {SEED:#x}: {apart}, {differ}");
+}
+
+#[test]
+fn corners_of_large_faces_have_no_rim() {
+    let rim = FaceRim::NONE;
+    assert!([0, 63, 64, 1000].iter().all(|&k| rim.around(k) == FlatAround::Corner));
 }
 
 #[test]
