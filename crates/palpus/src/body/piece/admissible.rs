@@ -388,9 +388,7 @@ impl<'a> AdmissibleNormals<'a> {
     pub(crate) fn continued_normal(&self, feature: Feature, outward: DVec3, slope: f64) -> Option<DVec3> {
         let continues = |face: u32, vertices: &[u32]| {
             let normal = self.polytope.plane(face).normal;
-            let upright = normal.dot(outward);
-            let is_near = upright > 0.0 && (outward - normal * upright).length() < slope * upright;
-            let is_flat = is_near
+            let is_flat = is_near(normal, outward, slope)
                 && self.surface_face(face).is_some()
                 && vertices.iter().all(|&v| self.all.continues(self.corner(v), normal, outward));
             is_flat.then_some(normal)

@@ -142,7 +142,7 @@ impl Half<'_> {
         let rim = |face: u32| {
             let is_flat = is_near(self.polytope.plane(face).normal, self.upward(), slope);
             let own = self.border.face(face).filter(|_| is_flat)?;
-            let side = self.polytope.face_edges(face).iter().take(64).position(|e| e == edge)?;
+            let side = self.polytope.face_edges(face).iter().take(FaceRim::MOST).position(|e| e == edge)?;
             Some(self.border.rim_of_side(own.rim, face, side))
         };
         match [sides.left, sides.right].into_iter().find_map(rim) {

@@ -102,12 +102,12 @@ impl<'a> Border<'a> {
 
 /// How the flat face of the mesh continues beyond a surface face; one bit for each corner or side.
 /// Corners after the first 64 have no bits, and sides of faces with more corners have none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct FaceRim {
     /// The corners with [`FlatAround::All`].
-    all: u64,
+    pub(super) all: u64,
     /// The corners with [`FlatAround::Half`].
-    half: u64,
+    pub(super) half: u64,
     /// The sides along which the mesh is flat.
     pub(super) flat: u64,
     /// The sides along which the mesh is flat in some parts.
@@ -115,6 +115,9 @@ pub(crate) struct FaceRim {
 }
 
 impl FaceRim {
+    /// Largest number of corners or sides that have bits.
+    pub(crate) const MOST: usize = u64::BITS as usize;
+
     /// The rim of a face beyond which the mesh is flat nowhere.
     pub(crate) const NONE: Self = Self { all: 0, half: 0, flat: 0, partial: 0 };
 
@@ -127,7 +130,7 @@ impl FaceRim {
     /// Returns how much of the neighbourhood of corner `k` belongs to a flat face.
     #[inline]
     pub(crate) fn around(self, k: usize) -> FlatAround {
-        let has = |bits: u64| k < u64::BITS as usize && bits >> k & 1 != 0;
+        let has = |bits: u64| k < Self::MOST && bits >> k & 1 != 0;
         match (has(self.all), has(self.half)) {
             (true, _) => FlatAround::All,
             (false, true) => FlatAround::Half,
@@ -224,7 +227,7 @@ impl Admissible {
                 let normal = polytope.plane(face).normal;
                 let around = |i: usize| border.around(corners.at(i), normal, ADMISSIBLE_ANGLE);
                 let bits = |kind| {
-                    let of_kind = (0..corners.len().min(64)).filter(|&i| around(i) == kind);
+                    let of_kind = (0..corners.len().min(FaceRim::MOST)).filter(|&i| around(i) == kind);
                     of_kind.fold(0, |bits, i| bits | 1 << i)
                 };
                 let (all, half) = (bits(FlatAround::All), bits(FlatAround::Half));

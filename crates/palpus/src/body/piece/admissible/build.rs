@@ -174,7 +174,7 @@ impl Admissible {
                     triangles
                 }
             };
-            if corners.len() > u64::BITS as usize {
+            if corners.len() > FaceRim::MOST {
                 continue;
             }
             let sides = triangles.iter().flat_map(|&t| [(t, 0), (t, 1), (t, 2)]);
@@ -204,6 +204,7 @@ impl Admissible {
             borrowed: self.borrowed.len() as u32,
             arcs: self.arcs.len() as u32,
             valleys: self.valleys.len() as u32,
+            // Step 7 adds the inner vertices of all pieces.
             inner: 0,
             partial: self.partial.len() as u32,
             corners: self.corners.len() as u32,
@@ -303,7 +304,7 @@ fn surface_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces:
         if is_original(polytope, face) || covered > 0.0 {
             let whole = covered >= COVERED_WHOLE * face_area(polytope, face);
             let covered = is_original(polytope, face);
-            faces.push(SurfaceFace { face, whole, covered, rim: FaceRim::default() });
+            faces.push(SurfaceFace { face, whole, covered, rim: FaceRim::NONE });
         }
     }
 }
