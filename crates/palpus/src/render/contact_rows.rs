@@ -170,6 +170,10 @@ impl ContactRows {
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             self.clusters.push(Load { stiffness, predicted: 0.0, decrease: Wrench::ZERO });
+            // Contacts inside flat faces may have no stiffness.
+            if stiffness <= 0.0 {
+                continue;
+            }
             let is_alone = cluster.members().len() == 1;
             for k in cluster.members() {
                 let stiffness = stiffness * forces.weights[k] / cluster.weight;

@@ -17,7 +17,7 @@
 //! The allowances depend on measured times, so a recording must store them. A run with equal
 //! allowances gives bit-identical results.
 
-use super::{Settings, Tick};
+use super::{Settings, StageTimes, Tick};
 use crate::algebra::tolerance::{
     PACE_CHEAPER, PACE_COLD_PRICE, PACE_DEARER, PACE_FIRST_PRICE, PACE_GROWTH, PACE_LEAST_WORK, PACE_SHARE, PACE_SPIKE,
     PACE_TELLING,
@@ -58,8 +58,11 @@ impl Pacer {
 
     /// Updates the estimates with the measured times of a step.
     pub fn learn(&mut self, tick: &Tick) {
-        let query = (tick.times.query + tick.times.depth) as f64;
-        let rest = tick.times.total as f64 - query;
+        let StageTimes { force, couple, saturate, total, .. } = tick.times;
+        // The times of the query and of the depth are those of one tool, but the work is that of
+        // the whole world.
+        let rest = (force + couple + saturate) as f64;
+        let query = total as f64 - rest;
         self.last = tick.work;
         // If the work is small, much of the time is spent on what is not counted.
         if tick.work >= PACE_TELLING {
@@ -81,7 +84,8 @@ mod tests {
     fn step(work: u64, query: u64, rest: u64) -> Tick {
         let mut tick = Tick::new(0);
         tick.work = work;
-        tick.times.query = query;
+        // The queries of objects are not in the times of a tool's queries.
+        tick.times.force = rest;
         tick.times.total = query + rest;
         tick
     }

@@ -34,7 +34,9 @@
 //! 2. *Near*: find the bodies that may touch, by axis-aligned boxes (`broad.rs`).
 //! 3. *Query* and *force*: compute contacts and forces separately for each pair of near bodies
 //!    (`pair.rs`). Free bodies that lie still sleep: their contacts stay as they were, and no step
-//!    moves them, until another body has a contact with them (`sleep.rs`).
+//!    moves them, until another body has a contact with them (`sleep.rs`). All queries of a step
+//!    share the work limit. Pairs whose last query reached it come last, so they get what the
+//!    others leave.
 //! 4. *Step*: one implicit step moves each group of touching bodies (`solve.rs`). The step is
 //!    linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right-hand side of
 //!    body i alone (a tool's coupling, a free body's mass and weight). K and l are the matrix and
@@ -47,7 +49,10 @@
 //!    Without friction and shading, the matrix is symmetric and positive definite at any stiffness,
 //!    mass and speed. Forces between two bodies are equal and opposite within the step, so contacts
 //!    conserve the total momentum. If a tool touches no movable body, its wrench is bit-identical
-//!    to the wrench in a world without movable bodies.
+//!    to the wrench in a world without movable bodies. If the queries do not allow the whole motion
+//!    of a group (`reach.rs`), its bodies move by a fraction of the step. With a work limit, this
+//!    can last for many steps; then the impulses on free bodies are multiplied by the fraction. So
+//!    the group moves slower, and gains no energy.
 //! 5. *Feel*: add the vibration of impacts to each tool's wrench, and limit it to the device's
 //!    limits.
 //!

@@ -158,6 +158,11 @@ impl Pair {
         self.query.unseen_separation()
     }
 
+    /// Returns true if the last query reached its work limit, or if there was no query.
+    pub(super) fn is_cut(&self) -> bool {
+        self.unseen_separation() < f64::INFINITY
+    }
+
     /// Returns what is known of the parts that the query did not examine, for a motion of body `of`
     /// (0 or 1). `at` places both bodies.
     pub(super) fn clearance(&self, of: usize, at: &[Place<'_>; 2]) -> Clearance {

@@ -232,8 +232,14 @@ impl World {
                     part.twist = twist;
                 }
                 Role::Free(free) => {
-                    // The momentum is not scaled, so the total momentum is conserved.
-                    free.set_twist(pose, &part.twist);
+                    // With a work limit, a group may be held for many steps. The forces then act for
+                    // the same fraction of the step, so the group gains no energy, and the total
+                    // momentum is conserved. Without a limit, only a motion that begins suddenly is
+                    // cut, for a few steps, and the impulse of an impact stays whole.
+                    let before = free.momentum;
+                    if free.set_twist(pose, &part.twist) && share < 1.0 && self.allowed.is_some() {
+                        free.momentum = before + (free.momentum + -before) * share;
+                    }
                     free.reach.follow(&twist, h, None);
                     if share < 1.0 {
                         free.stillness = Stillness::NONE;

@@ -7,7 +7,7 @@ use super::object::Role;
 use super::pair::{LookAhead, Pair, mirrored, relative};
 use super::{NONE, World, WorldCounters};
 use crate::algebra::tolerance::BOX_SPARE;
-use crate::algebra::{Clock, Twist, Work};
+use crate::algebra::{Clock, Quota, Twist, Work};
 use crate::render::ProbeState;
 use crate::render::reach::MostMotion;
 use crate::render::tool::radius;
@@ -177,48 +177,56 @@ impl World {
         }
     }
 
-    /// Queries the near pairs of active bodies that were not yet queried in this step.
+    /// Queries the near pairs of active bodies that were not yet queried in this step. Pairs whose
+    /// last query reached the work limit come last, and share what the others leave of the limit.
     fn query_active(&mut self, work: &Work, dt: f64, clock: &impl Clock) {
-        let begin = self.steps.checked_sub(1);
         let mut left = self.near.iter().filter(|&&k| self.is_due(k as usize)).count() as u64;
-        for k in self.near.iter().map(|&k| k as usize) {
-            if !self.is_due(k) {
-                continue;
-            }
-            let looked_ahead = self.looked_ahead(&self.pairs[k], dt);
-            let pair = &mut self.pairs[k];
-            let [a, b] = pair.bodies;
-            let (things, tools) = (&mut self.things, &mut self.tools);
-            if pair.looked_at.is_some()
-                && pair.looked_at != begin
-                && let Some((last_a, last_b)) = things[a].last.zip(things[b].last)
-            {
-                pair.came_from(&relative(&last_a, &last_b));
-            }
-            pair.looked_at = Some(self.steps);
-            let quota = work.share(left);
-            left -= 1;
-            pair.query(&things[a].place(), &things[b].place(), looked_ahead, &quota, clock);
-            // If both bodies move, each may move half of the distance.
-            let both = [a, b].iter().all(|&i| things[i].rank() < 2);
-            let part = if both { 0.5 } else { 1.0 };
-            let clear = {
-                let places = [things[a].place(), things[b].place()];
-                [0, 1].map(|of| pair.clearance(of, &places).times(part))
-            };
-            for (i, clear) in [a, b].into_iter().zip(clear) {
-                match &mut things[i].role {
-                    Role::Tool(k) => {
-                        let Held { tool, tick, .. } = &mut tools[*k];
-                        tool.reach.see(&clear);
-                        tick.unseen_separation = tick.unseen_separation.min(pair.unseen_separation());
-                        tick.counters.query += pair.counters;
-                        tick.times.query += pair.counters.query_ns;
-                        tick.times.depth += pair.counters.depth_ns;
-                    }
-                    Role::Free(free) => free.reach.see(&clear),
-                    Role::Driven(_) | Role::Fixed => {}
+        for were_cut in [false, true] {
+            for n in 0..self.near.len() {
+                let k = self.near[n] as usize;
+                if self.is_due(k) && self.pairs[k].is_cut() == were_cut {
+                    let quota = work.share(left);
+                    left -= 1;
+                    self.query_pair(k, &quota, dt, clock);
                 }
+            }
+        }
+    }
+
+    /// Queries pair `k`.
+    fn query_pair(&mut self, k: usize, quota: &Quota<'_>, dt: f64, clock: &impl Clock) {
+        let begin = self.steps.checked_sub(1);
+        let looked_ahead = self.looked_ahead(&self.pairs[k], dt);
+        let pair = &mut self.pairs[k];
+        let [a, b] = pair.bodies;
+        let (things, tools) = (&mut self.things, &mut self.tools);
+        if pair.looked_at.is_some()
+            && pair.looked_at != begin
+            && let Some((last_a, last_b)) = things[a].last.zip(things[b].last)
+        {
+            pair.came_from(&relative(&last_a, &last_b));
+        }
+        pair.looked_at = Some(self.steps);
+        pair.query(&things[a].place(), &things[b].place(), looked_ahead, quota, clock);
+        // If both bodies move, each may move half of the distance.
+        let both = [a, b].iter().all(|&i| things[i].rank() < 2);
+        let part = if both { 0.5 } else { 1.0 };
+        let clear = {
+            let places = [things[a].place(), things[b].place()];
+            [0, 1].map(|of| pair.clearance(of, &places).times(part))
+        };
+        for (i, clear) in [a, b].into_iter().zip(clear) {
+            match &mut things[i].role {
+                Role::Tool(k) => {
+                    let Held { tool, tick, .. } = &mut tools[*k];
+                    tool.reach.see(&clear);
+                    tick.unseen_separation = tick.unseen_separation.min(pair.unseen_separation());
+                    tick.counters.query += pair.counters;
+                    tick.times.query += pair.counters.query_ns;
+                    tick.times.depth += pair.counters.depth_ns;
+                }
+                Role::Free(free) => free.reach.see(&clear),
+                Role::Driven(_) | Role::Fixed => {}
             }
         }
     }
