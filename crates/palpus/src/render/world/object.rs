@@ -48,7 +48,8 @@ impl Object {
     }
 
     /// A body of this density (kg/m³) that moves under contact, friction and gravity. It starts at
-    /// rest at `pose`.
+    /// rest at `pose`. If it overlaps another body there, it moves out of it slowly, at about
+    /// 50 mm/s.
     ///
     /// The volume of an open mesh depends on its [mass source](crate::body::MassSource).
     pub fn free(body: Arc<Body>, pose: Pose, density: f64) -> Self {

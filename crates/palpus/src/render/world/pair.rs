@@ -13,6 +13,7 @@ use super::super::contact_rows::ContactRows;
 use super::super::reach::{Clearance, PlaneClearance};
 use super::super::surfaces::Surfaces;
 use super::super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
+use crate::algebra::tolerance::START_EASE;
 use crate::algebra::{Clock, Pose, Quota, SpatialMatrix, Twist, Wrench};
 use crate::body::{Body, FeaturePair, OrientedBox};
 use crate::detect::{Contact, ContactQuery, Helper, QueryCounters, QuerySettings};
@@ -56,6 +57,10 @@ pub(super) struct Pair {
     /// Forces between the bodies. `net` is about each body's own centre of mass.
     pub(super) forces: Forces,
     rows: ContactRows,
+    /// Part of the overlap of the bodies at their start that contacts do not resist yet, m.
+    eased: f64,
+    /// True until a query has examined the whole start.
+    starts: bool,
     pub(super) counters: QueryCounters,
     /// The last step in which the pair was queried.
     pub(super) looked_at: Option<u64>,
@@ -93,6 +98,8 @@ impl Pair {
             contacts: Vec::with_capacity(capacity),
             forces: Forces::new(capacity),
             rows: ContactRows::new(capacity),
+            eased: 0.0,
+            starts: true,
             settings,
             counters: QueryCounters::default(),
             looked_at: None,
@@ -131,6 +138,7 @@ impl Pair {
         self.scratch.clear();
         self.rows.clear();
         self.looked_at = None;
+        (self.eased, self.starts) = (0.0, true);
         self.rest();
     }
 
@@ -205,6 +213,15 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
+    /// Does not resist the overlap of the bodies at their start at once, but less and less of it is
+    /// left out in each step of `dt` s. Contacts are stiff, and would throw a free body away.
+    pub(super) fn ease_start(&mut self, dt: f64) {
+        let overlap = self.contacts.iter().fold(0.0, |most, contact| (-contact.separation).max(most));
+        let left = if self.starts { overlap } else { self.eased - START_EASE * dt };
+        self.eased = left.clamp(0.0, overlap);
+        self.starts &= self.is_cut();
+    }
+
     /// Computes the wrenches of the found contacts on both bodies in a tick of `dt` s. `implicit`
     /// is true if an implicit step moves one of the bodies under these contacts.
     pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, dt: f64, implicit: bool) {
@@ -234,7 +251,9 @@ impl Pair {
         };
         let contact_tolerance = self.within.max(self.settings.contact_tolerance);
         let settings = Settings { contact_tolerance, ..self.settings };
+        widen(&mut self.contacts, self.eased);
         force(&self.contacts, &motion, &settings, direction, &mut self.scratch, &mut self.forces);
+        widen(&mut self.contacts, -self.eased);
         if is_placed {
             for contact in &mut self.contacts {
                 *contact = placed(contact, &b.pose);
@@ -301,6 +320,13 @@ impl Pair {
     /// Returns the number of clusters that lose contact within the step.
     pub(super) fn released(&self) -> u32 {
         self.rows.released()
+    }
+}
+
+/// Adds `by` (m) to the separations of the contacts.
+fn widen(contacts: &mut [Contact], by: f64) {
+    if by != 0.0 {
+        contacts.iter_mut().for_each(|contact| contact.separation += by);
     }
 }
 

@@ -3,6 +3,7 @@
 mod facets;
 mod hosts;
 mod sleeping;
+mod starting;
 mod sticking;
 mod swinging;
 

@@ -208,6 +208,9 @@ impl World {
         }
         pair.looked_at = Some(self.steps);
         pair.query(&things[a].place(), &things[b].place(), looked_ahead, quota, clock);
+        if [a, b].iter().any(|&i| matches!(things[i].role, Role::Free(_))) {
+            pair.ease_start(length(dt));
+        }
         // If both bodies move, each may move half of the distance.
         let both = [a, b].iter().all(|&i| things[i].rank() < 2);
         let part = if both { 0.5 } else { 1.0 };
