@@ -31,6 +31,7 @@ mod apart;
 mod border;
 mod build;
 mod cap;
+mod flat;
 #[cfg(test)]
 mod tests;
 mod valley;

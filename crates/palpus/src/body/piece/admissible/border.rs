@@ -12,9 +12,6 @@
 use glam::DVec3;
 
 use super::{Admissible, Range, SurfaceFace, Valley};
-use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, NORMALS_PER_PART};
-use crate::algebra::{Workers, map_in_order};
-use crate::body::{HalfEdges, Mesh, Polytope};
 
 /// How much of the neighbourhood of a point belongs to a flat face of the mesh. The order is from
 /// most to least.
@@ -155,10 +152,10 @@ pub(super) struct PartialSide {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InnerVertex {
     /// Index in the polytope.
-    vertex: u32,
-    around: FlatAround,
+    pub(super) vertex: u32,
+    pub(super) around: FlatAround,
     /// Unit normal of the flat face, in the piece's frame.
-    normal: DVec3,
+    pub(super) normal: DVec3,
 }
 
 /// Returns true if two unit vectors differ by less than `slope` (tangent of the angle).
@@ -178,86 +175,5 @@ impl Admissible {
     #[cfg(test)]
     pub(crate) fn none() -> Self {
         Self { pieces: vec![Range::default(); 2], ..Self::default() }
-    }
-
-    /// Finds the inner vertices of all pieces, and the rims of all surface faces. `normals` are the
-    /// normals of the triangles.
-    pub(super) fn find_inner(
-        &mut self,
-        mesh: &Mesh,
-        half_edges: &HalfEdges,
-        normals: &[DVec3],
-        polytopes: &[Polytope],
-        workers: &dyn Workers,
-    ) {
-        let triangles = mesh.triangles();
-        let mut open = vec![false; mesh.vertices().len()];
-        for (t, k) in (0..triangles.len()).flat_map(|t| [(t, 0), (t, 1), (t, 2)]) {
-            if half_edges.neighbour(t as u32, k).is_none() {
-                open[triangles[t][k] as usize] = true;
-                open[triangles[t][(k + 1) % 3] as usize] = true;
-            }
-        }
-        let of_triangle = |t: usize| triangles[t].map(|v| self.flat_around(v, normals[t], open[v as usize]));
-        let found = map_in_order(workers, triangles.len(), NORMALS_PER_PART, of_triangle, &mut |_| ());
-        let mut known: Vec<(u32, InnerVertex)> = Vec::new();
-        for (t, around) in found.into_iter().enumerate() {
-            let normal = normals[t];
-            let inner = triangles[t].into_iter().zip(around).filter(|corner| corner.1 != FlatAround::Corner);
-            known.extend(inner.map(|(v, around)| (v, InnerVertex { vertex: 0, around, normal })));
-        }
-        known.sort_by_key(|known| known.0);
-        let is_parallel = |one: DVec3, other: DVec3| one.distance_squared(other) < ADMISSIBLE_ANGLE * ADMISSIBLE_ANGLE;
-        known.dedup_by(|one, other| one.0 == other.0 && is_parallel(one.1.normal, other.1.normal));
-        for k in 1..self.pieces.len() {
-            let [from, to] = [k - 1, k].map(|end| self.pieces[end].corners as usize);
-            for (vertex, &v) in (0_u32..).zip(&self.corners[from..to]) {
-                let begin = known.partition_point(|known| known.0 < v);
-                let of_corner = known[begin..].iter().take_while(|known| known.0 == v);
-                self.inner.extend(of_corner.map(|known| InnerVertex { vertex, ..known.1 }));
-            }
-            self.pieces[k].inner = self.inner.len() as u32;
-        }
-        self.inner.shrink_to_fit();
-        for (k, polytope) in (0..).zip(polytopes) {
-            let [from, to] = [k, k + 1].map(|end: u32| self.pieces[end as usize].faces as usize);
-            for i in from..to {
-                let (face, border) = (self.faces[i].face, self.border_of(k));
-                let corners = polytope.face_vertices(face);
-                let normal = polytope.plane(face).normal;
-                let around = |i: usize| border.around(corners.at(i), normal, ADMISSIBLE_ANGLE);
-                let bits = |kind| {
-                    let of_kind = (0..corners.len().min(FaceRim::MOST)).filter(|&i| around(i) == kind);
-                    of_kind.fold(0, |bits, i| bits | 1 << i)
-                };
-                let (all, half) = (bits(FlatAround::All), bits(FlatAround::Half));
-                let rim = &mut self.faces[i].rim;
-                (rim.all, rim.half) = (all, half);
-            }
-        }
-    }
-
-    /// Returns how much of the neighbourhood of mesh vertex `v` belongs to a flat face with this
-    /// normal. `open` is true for a vertex at a boundary.
-    fn flat_around(&self, v: u32, normal: DVec3, open: bool) -> FlatAround {
-        let edges = self.edges(v);
-        let flat = edges.iter().filter(|&&edge| !self.rises(edge, -normal, 0.0));
-        let count = flat.clone().count();
-        if count < 2 || edges.iter().any(|&edge| self.rises(edge, normal, ADMISSIBLE_ANGLE)) {
-            return FlatAround::Corner;
-        }
-        if count == edges.len() && !open {
-            return FlatAround::All;
-        }
-        // At a convex corner, all flat edges are within half a turn from one of them.
-        let is_left = |edge: DVec3, other: DVec3| {
-            let across = normal.dot(edge.cross(other));
-            let slack = ADMISSIBLE_ANGLE * edge.length() * other.length();
-            across > slack || across >= -slack && edge.dot(other) > 0.0
-        };
-        match flat.clone().any(|&edge| flat.clone().all(|&other| is_left(edge, other))) {
-            true => FlatAround::Corner,
-            false => FlatAround::Half,
-        }
     }
 }

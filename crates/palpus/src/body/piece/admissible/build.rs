@@ -9,23 +9,19 @@
 //! 4. Find the mesh vertex at each vertex of a piece, and the neighbours of each mesh vertex.
 //! 5. Compute a cap around all admissible normals of each piece (`cap`).
 //! 6. For each piece, find the flat faces of the mesh that continue beyond it.
-//! 7. Find how the mesh continues around each surface face (`border`).
+//! 7. Find how the mesh continues around each surface face (`flat`).
 
-use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3};
 
 use super::{
-    Admissible, AdmissibleNormals, Borrowed, Cap, FaceRim, PartialSide, Range, SurfaceArc, SurfaceFace, Valley,
-    is_original,
+    Admissible, AdmissibleNormals, Borrowed, Cap, FaceRim, Range, SurfaceArc, SurfaceFace, Valley, is_original,
 };
-use crate::algebra::tolerance::{
-    ADMISSIBLE_ANGLE, COVERED_HALF, COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART,
-};
+use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
 use crate::algebra::{Plane, Workers, both, map_in_order};
 use crate::body::decompose::facet::NONE;
-use crate::body::piece::{clip_to_face, face_area, polygon_area};
+use crate::body::piece::face_area;
 use crate::body::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 
 impl Admissible {
@@ -160,43 +156,6 @@ impl Admissible {
         }
     }
 
-    /// Finds the rims of the surface faces of one piece, which begin at `first`, and whether the
-    /// mesh covers them.
-    fn add_rims(&mut self, source: &Source<'_>, polytope: &Polytope, piece: &Piece, first: usize) {
-        let tolerance = ON_FACE * source.noise;
-        for own in &mut self.faces[first..] {
-            let (plane, corners) = (polytope.plane(own.face), polytope.face_vertices(own.face));
-            let triangles = match own.whole {
-                true => piece.face_triangles(own.face).to_vec(),
-                false => {
-                    let (triangles, area) = triangles_on(source, polytope, piece, own.face);
-                    own.covered |= area >= COVERED_HALF * face_area(polytope, own.face);
-                    triangles
-                }
-            };
-            if corners.len() > FaceRim::MOST {
-                continue;
-            }
-            let sides = triangles.iter().flat_map(|&t| [(t, 0), (t, 1), (t, 2)]);
-            let continues = |t, k| source.half_edges.neighbour(t, k).is_some_and(|(n, _)| source.lies_in(n, plane));
-            let rims: Vec<[DVec3; 2]> = sides
-                .filter(|&(t, k)| !continues(t, k))
-                .map(|(t, k)| [k, (k + 1) % 3].map(|k| source.mesh.triangle_points(t)[k]))
-                .collect();
-            for k in 0..corners.len() {
-                let ends = [k, (k + 1) % corners.len()].map(|k| polytope.vertex(corners.at(k)));
-                match rim_of_side(&rims, ends, tolerance) {
-                    None => own.rim.flat |= 1 << k,
-                    Some(rim) if rim != [0.0, 1.0] => {
-                        own.rim.partial |= 1 << k;
-                        self.partial.push(PartialSide { face: own.face, side: k as u32, rim });
-                    }
-                    Some(_) => {}
-                }
-            }
-        }
-    }
-
     /// Returns the current length of each array.
     fn end(&self) -> Range {
         Range {
@@ -233,14 +192,14 @@ impl Admissible {
 }
 
 /// The mesh, with the normal of the piece's face at each triangle.
-struct Source<'s> {
-    mesh: &'s Mesh,
-    half_edges: &'s HalfEdges,
+pub(super) struct Source<'s> {
+    pub(super) mesh: &'s Mesh,
+    pub(super) half_edges: &'s HalfEdges,
     /// Geometric normal of each triangle.
     true_normals: Vec<DVec3>,
     /// For each triangle, the normal of the face in which it lies.
     normals: Vec<DVec3>,
-    noise: f64,
+    pub(super) noise: f64,
 }
 
 impl<'s> Source<'s> {
@@ -284,7 +243,7 @@ impl<'s> Source<'s> {
 
     /// Returns true if triangle `t` lies in `plane` and faces to the same side as the plane. A
     /// triangle of a sheet faces to both sides.
-    fn lies_in(&self, t: u32, plane: Plane) -> bool {
+    pub(super) fn lies_in(&self, t: u32, plane: Plane) -> bool {
         let flat = self.mesh.triangle_points(t).iter().all(|p| plane.height(*p).abs() <= ON_FACE * self.noise);
         let cosine = plane.normal.dot(self.true_normals[t as usize]);
         flat && (cosine > FOLDED || cosine < -FOLDED && self.mesh.is_sheet(t))
@@ -307,51 +266,6 @@ fn surface_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces:
             faces.push(SurfaceFace { face, whole, covered, rim: FaceRim::NONE });
         }
     }
-}
-
-/// Returns the triangles of the mesh that lie on a face, those of other pieces included, and the
-/// area that they cover. Pieces overlap where the mesh is flat.
-fn triangles_on(source: &Source<'_>, polytope: &Polytope, piece: &Piece, face: u32) -> (Vec<u32>, f64) {
-    let plane = polytope.plane(face);
-    let mut seen: HashSet<u32> = piece.face_triangles(face).iter().copied().collect();
-    let mut next: Vec<u32> = piece.face_triangles(face).to_vec();
-    let (mut found, mut covered) = (Vec::new(), 0.0);
-    while let Some(t) = next.pop() {
-        let mut polygon = source.mesh.triangle_points(t).to_vec();
-        clip_to_face(&mut polygon, polytope, face);
-        if polygon.len() < 3 || !source.lies_in(t, plane) {
-            continue;
-        }
-        found.push(t);
-        covered += polygon_area(&polygon, plane.normal);
-        let beyond = (0..3).filter_map(|k| source.half_edges.neighbour(t, k));
-        next.extend(beyond.map(|(n, _)| n).filter(|&n| seen.insert(n)));
-    }
-    (found, covered)
-}
-
-/// Returns the part of the side from `tail` to `head` along which one of the `rims` runs, from 0 at
-/// the tail to 1 at the head; `None` if none does. Distances up to `tolerance` do not count.
-fn rim_of_side(rims: &[[DVec3; 2]], [tail, head]: [DVec3; 2], tolerance: f64) -> Option<[f64; 2]> {
-    let along = (head - tail).try_normalize()?;
-    let length = tail.distance(head);
-    let is_beside = |x: DVec3| (x - tail).cross(along).length() <= tolerance;
-    let parts = rims.iter().filter(|rim| rim.iter().all(|&x| is_beside(x))).map(|rim| {
-        let [s, e] = rim.map(|x| along.dot(x - tail));
-        [s.min(e), s.max(e)]
-    });
-    let within = parts.filter(|&[s, e]| e > tolerance && s < length - tolerance);
-    let [s, e] = within.reduce(|one, other| [one[0].min(other[0]), one[1].max(other[1])])?;
-    let place = |x: f64| {
-        if x <= tolerance {
-            0.0
-        } else if x >= length - tolerance {
-            1.0
-        } else {
-            x / length
-        }
-    };
-    Some([place(s), place(e)])
 }
 
 /// The sides of triangles along the borders of a piece's surface faces.
