@@ -1522,6 +1522,14 @@ pub const TILT_INSIDE: f64 = 1e-6;
 /// 2/[`SMOOTH_CONTACTS`] of the contacts' extent. So a smaller value allows larger jumps.
 pub const SMOOTH_CONTACTS: usize = 256;
 
+/// [`SMOOTH_CONTACTS`] for two bodies that no hand holds.
+///
+/// No hand feels the jumps between them, and a heap has many such pairs. While 12 scanned and CAD
+/// parts fall in real time, the time of a step without its queries exceeds half a millisecond in 5
+/// instead of 264 of 7000 steps, 0 instead of 35, and 2 instead of 90 (three heaps), and the parts
+/// lie still sooner.
+pub const OBJECT_CONTACTS: usize = 64;
+
 /// The size of a drawn contact is its load plus this share of the mean load of all contacts from
 /// which it is drawn.
 ///

@@ -140,7 +140,9 @@ pub fn force(
     forces: &mut Forces,
 ) {
     forces.clear();
-    forces.linkage = scratch.linkage.run(contacts, &settings.linkage(), |contact| motion.expected(contact), direction);
+    let mut linkage = settings.linkage();
+    linkage.most = linkage.most.min(scratch.most);
+    forces.linkage = scratch.linkage.run(contacts, &linkage, |contact| motion.expected(contact), direction);
     forces.members.extend_from_slice(scratch.linkage.members());
     for contact in forces.members.iter().map(|&i| &contacts[i as usize]) {
         forces.places.push(contact.midpoint());

@@ -94,7 +94,7 @@ impl Pair {
             within: settings.contact_tolerance,
             surfaces,
             query,
-            scratch: Scratch::new(capacity),
+            scratch: if has_tool { Scratch::new(capacity) } else { Scratch::of_objects(capacity) },
             contacts: Vec::with_capacity(capacity),
             forces: Forces::new(capacity),
             rows: ContactRows::new(capacity),
