@@ -170,7 +170,7 @@ impl ContactRows {
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             self.clusters.push(Load { stiffness, predicted: 0.0, decrease: Wrench::ZERO });
-            // Contacts inside flat faces may have no stiffness.
+            // A contact whose tilt share is 0 has no stiffness.
             if stiffness <= 0.0 {
                 continue;
             }

@@ -1,13 +1,13 @@
 //! Working memory of the force stage, allocated once.
 
-use crate::algebra::tolerance::{OBJECT_CONTACTS, SMOOTH_CONTACTS};
+use crate::algebra::tolerance::OBJECT_CONTACTS;
 use crate::force::{FrictionTracker, Linkage, LoadSharing, TiltShares, Tilted};
 
 /// Working memory, and the state of friction between ticks.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     pub(super) linkage: Linkage,
-    /// Limit of the number of contacts with smooth clustering.
+    /// Limit of the number of contacts, besides that of the settings.
     pub(super) most: usize,
     pub(super) tilted: Vec<Tilted>,
     pub(super) sharing: LoadSharing,
@@ -23,7 +23,7 @@ impl Scratch {
     pub fn new(capacity: usize) -> Self {
         Self {
             linkage: Linkage::new(capacity),
-            most: SMOOTH_CONTACTS,
+            most: usize::MAX,
             tilted: Vec::with_capacity(capacity),
             sharing: LoadSharing::new(capacity),
             tilts: TiltShares::new(capacity),

@@ -213,8 +213,9 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// Does not resist the overlap of the bodies at their start at once, but less and less of it is
-    /// left out in each step of `dt` s. Contacts are stiff, and would throw a free body away.
+    /// Sets how much of the overlap of the bodies at their start the contacts do not resist in this
+    /// step of `dt` s: first all of it, and less in each step. Contacts are stiff, and would throw a
+    /// free body away.
     pub(super) fn ease_start(&mut self, dt: f64) {
         let overlap = self.contacts.iter().fold(0.0, |most, contact| (-contact.separation).max(most));
         let left = if self.starts { overlap } else { self.eased - START_EASE * dt };
