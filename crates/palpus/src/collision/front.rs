@@ -153,6 +153,8 @@ pub struct Front {
     is_mixed: bool,
     /// The block of `wakes` at which the search for due pairs starts.
     first_block: usize,
+    /// The block at which the next query goes on to bound due pairs.
+    first_bounded: usize,
     /// True if the front has had no room to split a pair since it started. Such a pair is due at
     /// any distance.
     was_full: bool,
@@ -222,6 +224,7 @@ impl Front {
             slides: false,
             is_mixed: false,
             first_block: 0,
+            first_bounded: 0,
             was_full: false,
             below: Vec::with_capacity(2 * depth),
             last_nearest: None,
@@ -415,7 +418,7 @@ impl Front {
         self.fresh = 2;
         self.paths.clear();
         (self.unvisited, self.late) = (0, 0);
-        self.first_block = 0;
+        (self.first_block, self.first_bounded) = (0, 0);
         self.was_full = false;
         (self.represented, self.is_mixed) = (0, false);
         self.represented_in.fill(0);

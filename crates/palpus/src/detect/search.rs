@@ -93,8 +93,11 @@ pub(super) struct Search {
 const NODE_PAIRS: usize = 1 << 17;
 
 /// Capacity of the front of a query with little memory, relative to the number of pieces of both
-/// bodies. A nut that lies free on its thread has up to ten.
-const PAIRS_PER_PIECE: usize = 16;
+/// bodies. A nut that turns on its thread has up to 25, at a tolerance of 0.6 mm.
+const PAIRS_PER_PIECE: usize = 32;
+
+/// Largest capacity of the front of a query with little memory, in node pairs.
+const MOST_SMALL: usize = 2 * NODE_PAIRS;
 
 /// How many times as much room the parts of a divided query have together as a query in one part,
 /// since the contacts may not be spread evenly over the parts.
@@ -110,7 +113,7 @@ impl Search {
     pub(super) fn small(a: &Arc<Body>, b: &Arc<Body>, settings: &QuerySettings) -> Self {
         let pieces = a.polytopes().len() + b.polytopes().len();
         let nodes = [[a.hierarchy().root(), b.hierarchy().root()]];
-        Self::of_parts(a, b, settings, &nodes, NODE_PAIRS.min(pieces.saturating_mul(PAIRS_PER_PIECE)))
+        Self::of_parts(a, b, settings, &nodes, MOST_SMALL.min(pieces.saturating_mul(PAIRS_PER_PIECE)))
     }
 
     /// Allocates memory for a query in one part for each pair of `nodes`, with at most `places`

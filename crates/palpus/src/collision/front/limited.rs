@@ -7,7 +7,7 @@ use super::super::wakes::BLOCK;
 use super::super::{Closest, LeafPairs, March, Overlap, Proximity, TraversalCounters, support_gap};
 use super::due::{DUE, Known};
 use super::{Front, NONE, Pair, PlacedPair};
-use crate::algebra::tolerance::{CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BOUNDED};
+use crate::algebra::tolerance::{BOUNDED_LEAST, CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BOUNDED};
 use crate::algebra::{Placement, Quota, spread};
 
 impl Front {
@@ -29,6 +29,9 @@ impl Front {
     /// are still due after the last query, which was at the same pose. Pairs that are apart by
     /// these bounds wait again, and those with the least bounds are visited, up to `quota`. The
     /// others are due since their bound, so the next query knows it.
+    ///
+    /// At least [`BOUNDED_LEAST`] pairs are bounded, even if this exceeds `quota`. If more are due,
+    /// the next query goes on with them.
     pub(crate) fn bound_due(
         &mut self,
         query: &PlacedPair<'_>,
@@ -36,30 +39,54 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
-        let (mut block, blocks, needed) = (0, self.blocks(), self.needed_gap(query));
-        while block < blocks {
-            let mut due = [0; DUE];
-            let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
-            let (count, next) = self.wakes.collect(block, blocks, self.motion_bound.sum(), is_wanted, &mut due);
-            let mut chosen = 0;
-            for k in 0..count {
-                due[chosen] = due[k];
-                let enough = needed + (query.tolerance - needed) * spread(due[k]);
-                chosen += usize::from(self.gap_of_due(query, due[k]) < enough);
-            }
-            let due = &due[..chosen];
-            let known = self.bounds(query, due, needed);
-            quota.spend(chosen as u64 / WORK_BOUNDED);
-            for (&place, mut known) in due.iter().zip(known) {
-                let gap = self.refresh(query, place, &mut known, needed);
-                if gap > query.tolerance || gap <= needed && !quota.is_spent() {
-                    self.wake(query, place, known, quota, found, counters);
+        let (blocks, needed) = (self.blocks(), self.needed_gap(query));
+        let first = std::mem::take(&mut self.first_bounded).min(blocks);
+        let mut bounded = 0;
+        'rounds: for (begin, end) in [(first, blocks), (0, first)] {
+            let mut block = begin;
+            while block < end {
+                if bounded >= BOUNDED_LEAST && quota.is_spent() {
+                    self.first_bounded = block;
+                    break 'rounds;
                 }
+                let mut due = [0; DUE];
+                let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
+                let (count, next) = self.wakes.collect(block, end, self.motion_bound.sum(), is_wanted, &mut due);
+                bounded += self.bound_some(query, &mut due[..count], needed, quota, found, counters);
+                block = next;
             }
-            due.iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
-            block = next;
         }
         self.finish(query, false, found, counters);
+    }
+
+    /// Does [`Self::bound_due`] for the pairs `due`, of which it keeps those that are bounded at the
+    /// front of the list. Returns their number.
+    fn bound_some(
+        &mut self,
+        query: &PlacedPair<'_>,
+        due: &mut [u32],
+        needed: f64,
+        quota: &Quota<'_>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) -> usize {
+        let mut chosen = 0;
+        for k in 0..due.len() {
+            due[chosen] = due[k];
+            let enough = needed + (query.tolerance - needed) * spread(due[k]);
+            chosen += usize::from(self.gap_of_due(query, due[k]) < enough);
+        }
+        let due = &due[..chosen];
+        let known = self.bounds(query, due, needed);
+        quota.spend(chosen as u64 / WORK_BOUNDED);
+        for (&place, mut known) in due.iter().zip(known) {
+            let gap = self.refresh(query, place, &mut known, needed);
+            if gap > query.tolerance || gap <= needed && !quota.is_spent() {
+                self.wake(query, place, known, quota, found, counters);
+            }
+        }
+        due.iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
+        chosen
     }
 
     /// Returns the number of due pairs that the last query did not visit.
