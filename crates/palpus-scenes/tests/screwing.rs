@@ -94,10 +94,11 @@ fn wrench_turns_a_free_nut_on_its_bolt() {
         let turning = turn(&bodies, 6e-4, work);
         // Measured: the nut moves down by up to 0.2 mm and sideways by up to 0.5 mm before all
         // pairs are found, and then stays on the thread. It fell through the bolt by 8 mm when the
-        // front had no room for all pairs.
+        // front had no room for all pairs. The most work is in the first steps, which march hulls of
+        // many vertices.
         assert!(turning.lowest > -4e-4 && turning.highest < 1e-4 && turning.sideways < 1e-3, "{work}: {turning:?}");
         assert!(turning.behind < 1.5 && turning.change < 0.05, "{work}: {turning:?}");
-        assert!(turning.most_work < 2 * work, "{work}: {turning:?}");
+        assert!(turning.most_work < work + 2000, "{work}: {turning:?}");
     }
 }
 
@@ -106,8 +107,9 @@ fn nut_with_a_small_tolerance_does_not_exceed_the_work_limit() {
     let Some(bodies) = nut_and_bolt() else { return };
     for work in [800, 1500] {
         let turning = turn(&bodies, 1e-4, work);
-        // Measured: 2.1 times the limit. It was 10 times when each query bounded all due pairs.
-        assert!(turning.most_work < 3 * work, "{work}: {turning:?}");
+        // Measured: 1300 more than the limit. It was 8400 more when each query bounded all due
+        // pairs.
+        assert!(turning.most_work < work + 2000, "{work}: {turning:?}");
         assert!(turning.lowest > -4e-4 && turning.highest < 1e-4 && turning.sideways < 1e-3, "{work}: {turning:?}");
     }
 }

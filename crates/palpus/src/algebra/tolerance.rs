@@ -1864,12 +1864,12 @@ pub const PREPARED_SHARE: f64 = 0.5;
 /// Number of due pairs whose cheapest bounds cost one unit of work.
 pub const WORK_BOUNDED: u64 = 4;
 
-/// Number of due pairs that a query bounds even if its quota is spent, if no contact presses.
+/// Least work for the bounds of due pairs in a query with limited work, if no contact presses.
 ///
-/// A nut that turns on its thread has 40 000 due pairs. To bound all of them takes some
-/// milliseconds. With a smaller value, the bounds of some pairs are older, and the bodies may move
-/// less.
-pub const BOUNDED_LEAST: usize = 2048;
+/// This suffices for 512 pairs. A nut that turns on its thread has 40 000 due pairs. To bound all
+/// of them takes some milliseconds, and leaves no time to visit them. Without a least value, a tool
+/// whose contacts take all of the work could not move on.
+pub const BOUNDED_WORK: u64 = 128;
 
 /// Cost of starting a march, in units of [`crate::algebra::Work`]. One unit is the cost of
 /// examining a pair of nodes.

@@ -7,8 +7,11 @@ use super::super::wakes::BLOCK;
 use super::super::{Closest, LeafPairs, March, Overlap, Proximity, TraversalCounters, support_gap};
 use super::due::{DUE, Known};
 use super::{Front, NONE, Pair, PlacedPair};
-use crate::algebra::tolerance::{BOUNDED_LEAST, CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BOUNDED};
+use crate::algebra::tolerance::{CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BOUNDED};
 use crate::algebra::{Placement, Quota, spread};
+
+/// To read the wake values of this many due pairs takes as long as to bound one pair.
+const READ_PAIRS: usize = 4;
 
 impl Front {
     /// Visits more due pairs and late pairs, up to `quota`. `found` and `counters` are the results
@@ -30,8 +33,7 @@ impl Front {
     /// these bounds wait again, and those with the least bounds are visited, up to `quota`. The
     /// others are due since their bound, so the next query knows it.
     ///
-    /// At least [`BOUNDED_LEAST`] pairs are bounded, even if this exceeds `quota`. If more are due,
-    /// the next query goes on with them.
+    /// If `quota` does not suffice for all due pairs, the next query goes on with the others.
     pub(crate) fn bound_due(
         &mut self,
         query: &PlacedPair<'_>,
@@ -41,26 +43,24 @@ impl Front {
     ) {
         let (blocks, needed) = (self.blocks(), self.needed_gap(query));
         let first = std::mem::take(&mut self.first_bounded).min(blocks);
-        let mut bounded = 0;
         'rounds: for (begin, end) in [(first, blocks), (0, first)] {
             let mut block = begin;
             while block < end {
-                if bounded >= BOUNDED_LEAST && quota.is_spent() {
+                if quota.is_spent() {
                     self.first_bounded = block;
                     break 'rounds;
                 }
                 let mut due = [0; DUE];
                 let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
                 let (count, next) = self.wakes.collect(block, end, self.motion_bound.sum(), is_wanted, &mut due);
-                bounded += self.bound_some(query, &mut due[..count], needed, quota, found, counters);
+                self.bound_some(query, &mut due[..count], needed, quota, found, counters);
                 block = next;
             }
         }
         self.finish(query, false, found, counters);
     }
 
-    /// Does [`Self::bound_due`] for the pairs `due`, of which it keeps those that are bounded at the
-    /// front of the list. Returns their number.
+    /// Does [`Self::bound_due`] for the pairs `due`. Overwrites the list.
     fn bound_some(
         &mut self,
         query: &PlacedPair<'_>,
@@ -69,16 +69,16 @@ impl Front {
         quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
-    ) -> usize {
+    ) {
         let mut chosen = 0;
         for k in 0..due.len() {
             due[chosen] = due[k];
             let enough = needed + (query.tolerance - needed) * spread(due[k]);
             chosen += usize::from(self.gap_of_due(query, due[k]) < enough);
         }
+        quota.spend((chosen + due.len() / READ_PAIRS) as u64 / WORK_BOUNDED);
         let due = &due[..chosen];
         let known = self.bounds(query, due, needed);
-        quota.spend(chosen as u64 / WORK_BOUNDED);
         for (&place, mut known) in due.iter().zip(known) {
             let gap = self.refresh(query, place, &mut known, needed);
             if gap > query.tolerance || gap <= needed && !quota.is_spent() {
@@ -86,7 +86,6 @@ impl Front {
             }
         }
         due.iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
-        chosen
     }
 
     /// Returns the number of due pairs that the last query did not visit.

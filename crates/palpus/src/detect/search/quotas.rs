@@ -8,8 +8,9 @@
 //!
 //!    If pairs are still due, a plane between both bodies is searched. If no contact of the last
 //!    query pressed, and the bodies do not part from such a plane, the first of these rounds
-//!    computes the cheapest bounds of due pairs, beyond the quota, and visits those that are
-//!    nearest. A tool that nothing presses may only move as far as due pairs allow.
+//!    computes the cheapest bounds of due pairs, and visits those that are nearest. A tool that
+//!    nothing presses may only move as far as due pairs allow. This round may do a little work even
+//!    if the quota is spent.
 //! 3. If nothing is near, a share of what is left is for pairs that will soon be near.
 //! 4. The rest is for the answers. Each part gets a share by the number of its leaf pairs.
 //!
@@ -18,7 +19,7 @@
 use super::super::QueryCounters;
 use super::super::query_input::QueryInput;
 use super::{Part, PartSearch, Search, Task};
-use crate::algebra::tolerance::{DUE_ROUNDS, PREPARED_WORK, WORK_ANSWER};
+use crate::algebra::tolerance::{BOUNDED_WORK, DUE_ROUNDS, PREPARED_WORK, WORK_ANSWER};
 use crate::algebra::{Quota, Work};
 
 /// The progress of one part in the query, or the sums over all parts.
@@ -61,7 +62,8 @@ impl Search {
             if total == 0 || half == 0 && matches!(task, Task::GoOn) {
                 break;
             }
-            self.limit(task, |part| divided(half, part.due + part.late, total));
+            let units = if matches!(task, Task::Bound) { half.max(BOUNDED_WORK) } else { half };
+            self.limit(task, |part| divided(units, part.due + part.late, total));
             self.round();
             progress = self.progress();
         }
