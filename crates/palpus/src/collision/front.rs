@@ -295,7 +295,8 @@ impl Front {
         let of_due = if before == 0 { *quota } else { quota.half() };
         let done = self.wake_due(query, &of_due, found, &mut counters);
         self.visit_awake(query, before, &quota.half().half(), found, &mut counters);
-        self.finish(query, done, found, &mut counters);
+        self.still_due = if done { 0 } else { self.count_due() };
+        self.finish(query, found, &mut counters);
         counters
     }
 

@@ -13,6 +13,9 @@ use crate::algebra::{Placement, Quota, spread};
 /// To read the wake values of this many due pairs takes as long as to bound one pair.
 const READ_PAIRS: usize = 4;
 
+/// Up to this number, due pairs are counted in each stage of a query.
+const COUNTED_DUE: u32 = 1024;
+
 impl Front {
     /// Visits more due pairs and late pairs, up to `quota`. `found` and `counters` are the results
     /// of the last query, which was at the same pose; more results are added to them.
@@ -23,9 +26,11 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
+        let woken = counters.woken;
         let done = self.wake_due(query, quota, found, counters);
         self.visit_late(query, quota, found, counters);
-        self.finish(query, done, found, counters);
+        self.visited_due(done, counters.woken - woken);
+        self.finish(query, found, counters);
     }
 
     /// Computes the cheapest bounds of the pairs that limit [`Self::unseen_separation`] most. They
@@ -41,7 +46,7 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
-        let (blocks, needed) = (self.blocks(), self.needed_gap(query));
+        let (blocks, needed, woken) = (self.blocks(), self.needed_gap(query), counters.woken);
         let first = std::mem::take(&mut self.first_bounded).min(blocks);
         'rounds: for (begin, end) in [(first, blocks), (0, first)] {
             let mut block = begin;
@@ -57,7 +62,8 @@ impl Front {
                 block = next;
             }
         }
-        self.finish(query, false, found, counters);
+        self.visited_due(false, counters.woken - woken);
+        self.finish(query, found, counters);
     }
 
     /// Does [`Self::bound_due`] for the pairs `due`. Overwrites the list.
@@ -88,7 +94,23 @@ impl Front {
         due.iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
     }
 
-    /// Returns the number of due pairs that the last query did not visit.
+    /// Sets the number of due pairs after `visited` of them were visited; `done` means that all were.
+    /// Many pairs are not counted again, because this reads the wake values of all of them.
+    fn visited_due(&mut self, done: bool, visited: u32) {
+        self.still_due = match self.still_due.saturating_sub(visited) {
+            _ if done => 0,
+            many if many > COUNTED_DUE => many,
+            _ => self.count_due(),
+        };
+    }
+
+    /// Returns the number of due pairs.
+    pub(super) fn count_due(&self) -> u32 {
+        self.wakes.count_below(self.blocks(), self.motion_bound.sum())
+    }
+
+    /// Returns the number of due pairs that the last query did not visit. If there are many, the
+    /// halves of pairs that the later stages of the query split are not counted.
     pub(crate) fn still_due(&self) -> u32 {
         self.still_due
     }
@@ -99,16 +121,8 @@ impl Front {
         self.late
     }
 
-    /// Counts what the query left out, and the size of the front. `done` means that all due pairs
-    /// were visited.
-    pub(super) fn finish(
-        &mut self,
-        query: &PlacedPair<'_>,
-        done: bool,
-        found: &LeafPairs,
-        counters: &mut TraversalCounters,
-    ) {
-        self.still_due = if done { 0 } else { self.wakes.count_below(self.blocks(), self.motion_bound.sum()) };
+    /// Counts what the query left out, and the size of the front.
+    pub(super) fn finish(&mut self, query: &PlacedPair<'_>, found: &LeafPairs, counters: &mut TraversalCounters) {
         counters.postponed = self.late as u32 + self.still_due;
         if query.is_of_all() {
             self.paths.due = counters.woken;
