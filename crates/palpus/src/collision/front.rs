@@ -38,8 +38,9 @@
 //! and the list of unvisited pairs contains the pairs with contacts.
 //!
 //! All memory is allocated when the front is created. If there is no room to split a pair, the pair
-//! stays due in every tick, and its descendants are searched without stored data (`below`). This
-//! search is slower, and a counter reports it. After a jump the front starts again at the roots.
+//! stays due in every tick, and its descendants are searched without stored data, up to the quota
+//! (`below`). This search is slower, and a counter reports it. After a jump the front starts again
+//! at the roots.
 //!
 //! The *front* follows [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision
 //! detection*, 1998]. They keep the cut, but measure all of it in each frame. The wake times follow

@@ -93,11 +93,11 @@ pub(super) struct Search {
 const NODE_PAIRS: usize = 1 << 17;
 
 /// Capacity of the front of a query with little memory, relative to the number of pieces of both
-/// bodies. A nut that turns on its thread has up to 25, at a tolerance of 0.6 mm.
-const PAIRS_PER_PIECE: usize = 32;
+/// bodies. A nut that turns on its thread has up to 25 at a tolerance of 0.6 mm, and 40 at 1 mm.
+const PAIRS_PER_PIECE: usize = 48;
 
 /// Largest capacity of the front of a query with little memory, in node pairs.
-const MOST_SMALL: usize = 2 * NODE_PAIRS;
+const MOST_SMALL: usize = 4 * NODE_PAIRS;
 
 /// How many times as much room the parts of a divided query have together as a query in one part,
 /// since the contacts may not be spread evenly over the parts.

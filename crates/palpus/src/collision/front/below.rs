@@ -14,6 +14,7 @@ use super::super::march::{completed, kept_by_half, march};
 use super::super::wakes::NEVER;
 use super::super::{LeafPair, LeafPairs, March, Proximity, StopReason, TraversalCounters};
 use super::{Front, Pair, PlacedPair, State, piece_of};
+use crate::algebra::Quota;
 use crate::body::Feature;
 
 /// A pair of nodes that the search has not examined yet.
@@ -46,23 +47,27 @@ struct Near<'f> {
 
 impl Front {
     /// Adds to `found` the leaf pairs below a pair of nodes that overlap or are nearer than the
-    /// tolerance.
+    /// tolerance. Returns false if what is left of the quota does not suffice for all of them.
     pub(super) fn search_below(
         &mut self,
         query: &PlacedPair<'_>,
         nodes: [u32; 2],
+        quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
-    ) {
+    ) -> bool {
         let root = NodePair::new(nodes, 0.0);
         let mut below = std::mem::take(&mut self.below);
-        descend(query, root, query.tolerance, &mut below, counters, &mut |nodes, answer| {
+        let most = quota.left().map(|left| counters.work() + left);
+        descend(query, root, query.tolerance, &mut below, most, counters, &mut |nodes, answer| {
             if answer.is_within(query.tolerance) {
                 found.push(unremembered(query, nodes, answer), query, &self.memories);
             }
             query.tolerance
         });
+        let done = below.is_empty();
         self.below = below;
+        done
     }
 
     /// Writes the nearest of all leaf pairs to `found`, or an overlapping pair if there is one.
@@ -130,7 +135,7 @@ impl Front {
     ) {
         let mut last = self.last_nearest;
         let mut below = std::mem::take(&mut self.below);
-        let limit = descend(query, pair, near.limit, &mut below, counters, &mut |nodes, answer| {
+        let limit = descend(query, pair, near.limit, &mut below, None, counters, &mut |nodes, answer| {
             let distance = answer.distance();
             if distance < near.limit && near.known != Some(nodes) {
                 if distance + near.slack < near.limit {
@@ -150,18 +155,22 @@ impl Front {
 }
 
 /// Calls `visit` with the leaf pairs below a pair that are no farther apart than the limit. Each
-/// call returns a new limit. Returns the last limit. `below` is memory for the search.
+/// call returns a new limit. Returns the last limit. The search ends when the work of `counters`
+/// exceeds `most`; then `below` contains the pairs that are left.
 fn descend(
     query: &PlacedPair<'_>,
     pair: NodePair,
     mut limit: f64,
     below: &mut Vec<NodePair>,
+    most: Option<u64>,
     counters: &mut TraversalCounters,
     visit: &mut impl FnMut([u32; 2], &March) -> f64,
 ) -> f64 {
     below.clear();
     below.push(pair);
-    while let Some(NodePair { nodes, bound, known }) = below.pop() {
+    while most.is_none_or(|most| counters.work() <= most)
+        && let Some(NodePair { nodes, bound, known }) = below.pop()
+    {
         if bound > limit {
             continue;
         }
@@ -196,4 +205,39 @@ fn descend(
 fn unremembered(query: &PlacedPair<'_>, nodes: [u32; 2], answer: &March) -> LeafPair {
     let (piece_a, piece_b) = (piece_of(query.a, nodes[0]), piece_of(query.b, nodes[1]));
     LeafPair { piece_a, piece_b, place: None, proximity: answer.proximity }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::super::Side;
+    use super::super::super::oracle::cuboid;
+    use super::*;
+    use crate::algebra::{Pose, Work};
+    use crate::body::{Hierarchy, convex_hull};
+
+    #[test]
+    fn search_without_room_keeps_to_the_quota() {
+        // Two layers of 400 cubes, of which each touches up to nine.
+        let corners = cuboid(DVec3::splat(0.5)).vertices().to_vec();
+        let cube = |k: usize| {
+            let at = DVec3::new((k % 20) as f64, (k / 20) as f64, 0.0);
+            let moved: Vec<DVec3> = corners.iter().map(|&corner| at + corner).collect();
+            convex_hull(&moved, 1e-10).unwrap().into_polytope().unwrap().0
+        };
+        let pieces: Vec<_> = (0..400).map(cube).collect();
+        let hierarchy = Hierarchy::build(&pieces, 1e-9).unwrap();
+        let side = Side { hierarchy: &hierarchy, pieces: &pieces };
+        let (mut front, mut found) = (Front::new(side, side, 64), LeafPairs::new(4000));
+        let pose_ba = Pose::from_translation(DVec3::new(0.3, 0.4, 1.01)).placement();
+        let query = PlacedPair::new(side, side, &pose_ba, 0.02);
+        let all = front.within(&query, &mut found);
+        assert!(all.unsplit > 0 && all.work() > 20_000 && found.as_slice().len() > 1000, "{all:?}");
+        front.clear();
+        for _ in 0..100 {
+            let counters = front.within_quota(&query, &Work::of(Some(200)).all(), &mut found);
+            assert!(counters.postponed > 0 && counters.work() < 300, "{counters:?}");
+        }
+    }
 }

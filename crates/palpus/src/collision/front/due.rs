@@ -16,6 +16,9 @@ pub(super) const DUE: usize = 64;
 /// many blocks. So a small front is always searched from its start, and a pair that is due in each
 /// query is measured in each query. If the search resumed at the same block instead, a tool with
 /// little work that slides along the wall of a hole would overlap by 0.3 mm instead of 0.07 mm.
+///
+/// After a pair that has no room for its halves, it resumes at the next group: to search below this
+/// pair may take the whole quota in each query.
 const RESUMED: usize = 4;
 
 /// Bounds of a pair that are computed before the pair is measured.
@@ -63,7 +66,9 @@ impl Front {
                 let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
                 let (count, next) = self.wakes.collect(block, end, self.motion_bound.sum(), is_wanted, &mut due);
                 if let Some(late) = self.wake_some(query, &due[..count], quota, found, counters) {
-                    self.first_block = late - late % RESUMED;
+                    let unsplit = self.pairs[late as usize].state == State::Unsplit;
+                    let group = late as usize / BLOCK / RESUMED + usize::from(unsplit);
+                    self.first_block = group * RESUMED;
                     return false;
                 }
                 block = next;
@@ -73,7 +78,7 @@ impl Front {
         true
     }
 
-    /// Does step 2 for the pairs `due`. If the quota is spent, returns the block of the pair at
+    /// Does step 2 for the pairs `due`. If the quota is spent, returns the place of the pair at
     /// which this happened.
     fn wake_some(
         &mut self,
@@ -82,7 +87,7 @@ impl Front {
         quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
-    ) -> Option<usize> {
+    ) -> Option<u32> {
         let known = self.bounds(query, due, query.tolerance);
         for (k, (&place, &known)) in due.iter().zip(&known).enumerate() {
             let block = place as usize / BLOCK;
@@ -92,7 +97,7 @@ impl Front {
                 self.wakes.settle(block);
             }
             if late {
-                return Some(block);
+                return Some(place);
             }
         }
         None
@@ -205,8 +210,8 @@ impl Front {
                 self.was_full = true;
                 let Pair { a, b, .. } = self.pairs[place as usize];
                 self.pairs[place as usize].state = State::Unsplit;
-                self.wakes.set(place, self.motion_bound.sum());
-                self.search_below(query, [a, b], found, counters);
+                let done = self.search_below(query, [a, b], quota, found, counters);
+                self.wakes.set(place, if done { self.motion_bound.sum() } else { 0 });
             }
         }
     }
