@@ -94,8 +94,8 @@ impl Front {
         due.iter().for_each(|&place| self.wakes.settle(place as usize / BLOCK));
     }
 
-    /// Sets the number of due pairs after `visited` of them were visited; `done` means that all were.
-    /// Many pairs are not counted again, because this reads the wake values of all of them.
+    /// Sets the number of due pairs after `visited` of them were visited; `done` means that all
+    /// were. Many pairs are not counted again, because this reads the wake values of all of them.
     fn visited_due(&mut self, done: bool, visited: u32) {
         self.still_due = match self.still_due.saturating_sub(visited) {
             _ if done => 0,
