@@ -34,11 +34,17 @@ pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
 /// The play lowers the tolerance to no less than this share of the other limits. Contacts get
 /// stiffer as the tolerance gets smaller, and the play of parts of the same diameter is 0.
 const LEAST_BY_PLAY: f64 = 0.05;
+/// Small objects lower the tolerance to no less than this share of the other limits. A scene may
+/// have one small screw beside large parts, and the hand may move slower between unexamined
+/// surfaces if the tolerance is smaller.
+const LEAST_BY_OBJECTS: f64 = 0.2;
 /// Start height of the probe above the environment's box, as a multiple of the probe's reach.
 const CLEARANCE: f64 = 0.25;
 
 /// Fills in the values that `file` leaves out. Returns notes about values other than the defaults.
-pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways) -> Vec<String> {
+/// `ways` has the probe and the environment, and `others` are the bodies of all other tools and of
+/// the objects.
+pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways, others: &[Arc<Body>]) -> Vec<String> {
     let mut notes = Vec::new();
     let (probe, environment) = (&ways.probe.clone(), &ways.environment.clone());
     let [smaller, larger] = [probe.size().min(environment.size()), probe.size().max(environment.size())];
@@ -52,12 +58,18 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways) -> Vec<String> {
     if file.gaps.tolerance {
         let pose_ba = file.environment.pose.inverse() * file.probe.pose;
         let default = file.render.contact_tolerance;
-        let (chosen, by_play) = tolerance(probe, environment, &pose_ba, default);
+        let (of_two, by_play) = tolerance(probe, environment, &pose_ba, default);
+        let chosen = of_two.min(by_objects(others).max(LEAST_BY_OBJECTS * of_two));
         // The cluster radius shrinks by the same factor as the tolerance.
         file.render.cluster_radius *= chosen / default;
         file.render.contact_tolerance = chosen;
         if chosen < default {
-            let why = if by_play { "half of the play of the parts" } else { "a hundredth of the smaller body" };
+            let why = match (chosen < of_two, by_play) {
+                (true, _) if chosen > LEAST_BY_OBJECTS * of_two => "a hundredth of the smallest body",
+                (true, _) => "because of the smallest body",
+                (false, true) => "half of the play of the parts",
+                (false, false) => "a hundredth of the smaller body",
+            };
             notes.push(format!("contacts exist below {}, {why}; see [contact] tolerance", length(chosen)));
         }
     }
@@ -90,6 +102,11 @@ pub(crate) fn tolerance(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, default: f
     let half = half_play(a, b, pose_ba, most).unwrap_or(f64::INFINITY);
     let by_play = half < most;
     (if by_play { half.max(LEAST_BY_PLAY * most) } else { most }, by_play)
+}
+
+/// Returns the tolerance (m) for the smallest of these bodies. Infinite without bodies.
+fn by_objects(others: &[Arc<Body>]) -> f64 {
+    others.iter().map(|body| TOLERANCE_SHARE * body.size()).fold(f64::INFINITY, f64::min)
 }
 
 /// Returns the grip of `body` in its mesh's frame, m: its centre of mass if the origin of the mesh
@@ -150,6 +167,8 @@ pub(crate) fn clear_above([low, high]: [DVec3; 2], reach: f64) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::length;
     use palpus::detect::{ContactQuery, QuerySettings};
     use palpus_io::scene::FilePolicy;
@@ -162,12 +181,8 @@ mod tests {
         assert_eq!(words, ["2.50 µm", "0.35 mm", "20.0 mm", "12.3 cm", "120 m"]);
     }
 
-    #[test]
-    fn scene_of_two_bare_meshes_makes_contact() {
-        crate::bodies::use_cache(false);
-        let folder = std::env::temp_dir().join(format!("palpus-gaps-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("the folder can be created");
-        // The cube has sides of 20 units and is away from its origin.
+    /// Writes a cube with sides of 20 units, away from its origin, as `cube.obj`.
+    fn write_cube(folder: &Path) {
         let mut cube = String::new();
         for k in 0..8u32 {
             let side = |bit: u32| 5.0 + 20.0 * f64::from(k >> bit & 1);
@@ -175,6 +190,14 @@ mod tests {
         }
         cube += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
         std::fs::write(folder.join("cube.obj"), cube).expect("the file can be written");
+    }
+
+    #[test]
+    fn scene_of_two_bare_meshes_makes_contact() {
+        crate::bodies::use_cache(false);
+        let folder = std::env::temp_dir().join(format!("palpus-gaps-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("the folder can be created");
+        write_cube(&folder);
         let scene = folder.join("scene.toml");
         for (unit, tolerance, notes) in
             [("mm", 0.2e-3 * 3f64.sqrt(), 3), ("cm", 1e-3, 2), ("um", 0.2e-6 * 3f64.sqrt(), 4), ("m", 1e-3, 3)]
@@ -197,6 +220,32 @@ mod tests {
             let mut on_its_way = (0..4000).map(|k| felt(0.5 * stage.path.duration() * f64::from(k) / 4000.0));
             assert!(stage.path.duration() <= 2.1, "{unit}: the first touch must come within a second");
             assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "the bodies must begin apart and then touch");
+        }
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+
+    #[test]
+    fn small_objects_lower_the_tolerance() {
+        crate::bodies::use_cache(false);
+        let folder = std::env::temp_dir().join(format!("palpus-gaps-small-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("the folder can be created");
+        write_cube(&folder);
+        let scene = folder.join("scene.toml");
+        for (unit, tolerance, why) in [
+            ("cm", 1e-3, None),
+            ("mm", 0.2e-3 * 3f64.sqrt(), Some("contacts exist below 0.35 mm, a hundredth of the smallest body")),
+            ("um", 0.2e-3, Some("contacts exist below 0.20 mm, because of the smallest body")),
+        ] {
+            let body = "mesh = \"cube.obj\"\n";
+            let text = format!(
+                "unit = \"cm\"\n[probe]\n{body}[environment]\n{body}[[object]]\n{body}unit = \"{unit}\"\nposition = [0, 0, -500]\n"
+            );
+            std::fs::write(&scene, text).expect("the file can be written");
+            let stage =
+                stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("the scene can be read");
+            assert!((stage.settings.contact_tolerance / tolerance - 1.0).abs() < 1e-6, "{unit}: {:?}", stage.settings);
+            let note = stage.notes.iter().find(|note| note.starts_with("contacts exist"));
+            assert_eq!(note.map(|note| note.split(';').next()), why.map(Some), "{unit}");
         }
         let _ = std::fs::remove_dir_all(&folder);
     }

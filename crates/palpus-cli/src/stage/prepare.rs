@@ -197,14 +197,22 @@ pub(crate) fn of_file(
             anyhow::Ok((shape, hash))
         }
     };
+    let mut tools = Vec::new();
+    for (k, tool) in file.others.iter().enumerate() {
+        tools.push(prepare(Part::Other(k), &tool.body)?);
+    }
+    let mut shapes = Vec::new();
+    for (k, object) in file.objects.iter().enumerate() {
+        shapes.push(prepare(Part::Object(k), &object.body)?);
+    }
     let mut ways = Ways::new(&probe, &environment);
-    let mut notes = gaps::fill(&mut file, &mut ways);
+    let more: Vec<Arc<Body>> = tools.iter().chain(&shapes).map(|(body, _)| body.clone()).collect();
+    let mut notes = gaps::fill(&mut file, &mut ways, &more);
     let hand = file.hand.preset.name();
     let path_of_hand = intended(&file, &file.hand, &file.probe, &mut ways)?;
     let body = |mesh: &Path, content, pose| RecordedBody { mesh: absolute(mesh), content, pose };
     let mut others: Vec<OtherTool> = Vec::new();
-    for (k, tool) in file.others.iter().enumerate() {
-        let (probe, hash) = prepare(Part::Other(k), &tool.body)?;
+    for (k, (tool, (probe, hash))) in file.others.iter().zip(tools).enumerate() {
         let what = format!("{} tool", tools::name(k + 1));
         let grip_a = tool.grip.or_else(|| gaps::grip(&probe, &what, &mut notes)).unwrap_or_default();
         others.push(OtherTool {
@@ -218,8 +226,7 @@ pub(crate) fn of_file(
     }
     let mut objects: Vec<StageObject> = Vec::new();
     let mut recorded_objects: Vec<RecordedBody> = Vec::new();
-    for (k, object) in file.objects.iter().enumerate() {
-        let (shape, hash) = prepare(Part::Object(k), &object.body)?;
+    for (object, (shape, hash)) in file.objects.iter().zip(shapes) {
         objects.push(StageObject { body: shape, pose: object.body.pose, motion: object.motion });
         recorded_objects.push(body(&object.body.mesh, hash, object.body.pose));
     }
