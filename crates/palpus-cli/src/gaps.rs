@@ -3,7 +3,8 @@
 //! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the play that
 //!    the parts have near the file's poses ([`crate::play`]). On bodies of one millimetre, 1 mm
 //!    would be the whole body. If the tolerance exceeded half of the play, direct rendering would
-//!    push from both sides at once.
+//!    push from both sides at once. Smaller bodies among the other tools and the objects lower the
+//!    tolerance to a hundredth of the smallest, but at most to a fifth.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
 //!    above the environment, without overlap in any orientation. The probe's distance from first
 //!    touch is at most the larger body's size and the distance that a hand moves in a second

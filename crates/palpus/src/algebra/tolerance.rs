@@ -1864,6 +1864,9 @@ pub const PREPARED_SHARE: f64 = 0.5;
 /// Number of due pairs whose cheapest bounds cost one unit of work.
 pub const WORK_BOUNDED: u64 = 4;
 
+/// Number of due pairs whose wake values are read at the cost of one bound.
+pub const BOUNDED_READS: usize = 4;
+
 /// Least work for the bounds of due pairs in a query with limited work, if no contact presses.
 ///
 /// This suffices for 512 pairs. A nut that turns on its thread has 40 000 due pairs. To bound all

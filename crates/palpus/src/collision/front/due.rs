@@ -17,8 +17,8 @@ pub(super) const DUE: usize = 64;
 /// query is measured in each query. If the search resumed at the same block instead, a tool with
 /// little work that slides along the wall of a hole would overlap by 0.3 mm instead of 0.07 mm.
 ///
-/// After a pair that has no room for its halves, it resumes at the next group: to search below this
-/// pair may take the whole quota in each query.
+/// If a pair that has no room for its halves spent the quota, the next query resumes at the next
+/// group: the search below this pair may spend the quota of each query.
 const RESUMED: usize = 4;
 
 /// Bounds of a pair that are computed before the pair is measured.

@@ -7,11 +7,8 @@ use super::super::wakes::BLOCK;
 use super::super::{Closest, LeafPairs, March, Overlap, Proximity, TraversalCounters, support_gap};
 use super::due::{DUE, Known};
 use super::{Front, NONE, Pair, PlacedPair};
-use crate::algebra::tolerance::{CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BOUNDED};
+use crate::algebra::tolerance::{BOUNDED_READS, CLEAR_LEAST, CLEAR_MOTIONS, SPHERE_WAIT, WORK_BOUNDED};
 use crate::algebra::{Placement, Quota, spread};
-
-/// To read the wake values of this many due pairs takes as long as to bound one pair.
-const READ_PAIRS: usize = 4;
 
 /// Up to this number, due pairs are counted in each stage of a query.
 const COUNTED_DUE: u32 = 1024;
@@ -82,7 +79,7 @@ impl Front {
             let enough = needed + (query.tolerance - needed) * spread(due[k]);
             chosen += usize::from(self.gap_of_due(query, due[k]) < enough);
         }
-        quota.spend((chosen + due.len() / READ_PAIRS) as u64 / WORK_BOUNDED);
+        quota.spend((chosen + due.len() / BOUNDED_READS) as u64 / WORK_BOUNDED);
         let due = &due[..chosen];
         let known = self.bounds(query, due, needed);
         for (&place, mut known) in due.iter().zip(known) {

@@ -57,12 +57,14 @@ impl Search {
         let is_held = progress.due > 0 && !self.pressing && !self.plane.is_receding(input.range().offset);
         for round in 0..DUE_ROUNDS {
             let half = all.saturating_sub(progress.spent + progress.leaves * self.answer_cost) / 2;
-            let task = if round == 0 && is_held { Task::Bound } else { Task::GoOn };
+            let (task, units) = match round == 0 && is_held {
+                true => (Task::Bound, half.max(BOUNDED_WORK)),
+                false => (Task::GoOn, half),
+            };
             let total = progress.due + progress.late;
-            if total == 0 || half == 0 && matches!(task, Task::GoOn) {
+            if total == 0 || units == 0 {
                 break;
             }
-            let units = if matches!(task, Task::Bound) { half.max(BOUNDED_WORK) } else { half };
             self.limit(task, |part| divided(units, part.due + part.late, total));
             self.round();
             progress = self.progress();
