@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use palpus::glam::DVec3;
-use palpus::{Body, BodyError, Limits, NoClock, Object, Pose, ProbeState, Settings, World};
+use palpus::{Body, BodyError, Limits, Object, Pose, ProbeState, Settings, WallClock, World};
 use palpus_device::{
     HapticDevice, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, Timing,
 };
@@ -29,13 +29,15 @@ fn run(timing: Timing) -> Result<(), Box<dyn Error>> {
     world.add(Object::fixed(block(DVec3::new(0.1, 0.1, 0.02))?, Pose::IDENTITY))?;
     let tool = world.add_tool(block(DVec3::new(0.01, 0.01, 0.04))?, settings)?;
 
+    // With a clock, the step limits its work so that it takes at most 0.6 of the period.
+    let clock = WallClock::new();
     let mut strongest: f64 = 0.0;
     let mut servo = Servo::new(ServoOptions { timing, duration: Some(2.0), ..ServoOptions::default() })?;
     let statistics = servo.run(
         &mut device,
         |state, dt| {
             let probe = ProbeState { pose_ba: state.pose, twist: state.twist };
-            world.step(&[probe], dt, &NoClock);
+            world.step(&[probe], dt, &clock);
             StepOutcome::of(world.tick(tool).commanded)
         },
         // The observer gets every tick, on the servo thread.

@@ -19,7 +19,7 @@
  * ABI version of this header. The version increases whenever a structure or an existing function
  * changes. New functions do not increase the version.
  */
-#define PALPUS_ABI_VERSION 2
+#define PALPUS_ABI_VERSION 3
 
 /**
  * Flatness for measurements: depths are exact to about this fraction of the model's size.
@@ -444,6 +444,12 @@ typedef struct {
      */
     uint64_t capacity;
     /**
+     * Time that a step should take at most, s. Each step limits its work to what it can do in this
+     * time, as the time of earlier steps shows. palpus_settings_coupled sets 0.6 of the period. 0:
+     * any time; equal calls then give equal bits.
+     */
+    double time_budget;
+    /**
      * 1: contacts share force smoothly. 0: exact single linkage, whose clusters change abruptly.
      */
     uint32_t smooth_clusters;
@@ -819,7 +825,8 @@ palpus_result palpus_world_add_tool(palpus_world world,
  * Makes one step. `dt` is the time since the previous step, s. `probes` has the state of each
  * tool's device, in the order in which the tools were added. The function writes to `wrenches` the
  * wrench for each device: about its grip, in the world's axes, within its limits. `wrenches` may
- * be NULL. `count` is the number of tools.
+ * be NULL. `count` is the number of tools. The step reads the system's clock to keep to the time
+ * budget of its settings.
  *
  * If a device's state is not valid, its wrench is zero, the other tools continue, and the function
  * returns PALPUS_ERROR_VALUE after the step. After any other error no step was made, and all
@@ -904,9 +911,9 @@ palpus_result palpus_world_set_tool_settings(palpus_world world,
                                              const palpus_settings *settings);
 
 /**
- * Limits the queries of each step to about `work` units of work. Pairs that a query does not reach
- * keep their extrapolated contacts and come first in the next step. 0: no limit. palpus_tick.work
- * is the work of a step.
+ * Limits the queries of each step to about `work` units of work, instead of the time budget of the
+ * settings. Pairs that a query does not reach keep their extrapolated contacts and come first in
+ * the next step. 0: the time budget is the limit again. palpus_tick.work is the work of a step.
  */
 palpus_result palpus_world_allow(palpus_world world, uint64_t work);
 

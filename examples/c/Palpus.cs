@@ -46,6 +46,7 @@ namespace Palpus
         public Limits Limits;
         public Vector Grip;
         public ulong Capacity;
+        public double TimeBudget;
         public uint SmoothClusters, Saturation, HasCoupling, HasShading, HasFriction, HasMaterial;
 
         /// Settings of a tool with the largest stiffness that a device with these limits (N, N m)
@@ -103,7 +104,7 @@ namespace Palpus
 
         public World(Settings settings)
         {
-            PalpusException.Check(Native.palpus_check_abi(2));
+            PalpusException.Check(Native.palpus_check_abi(3));
             PalpusException.Check(Native.palpus_world_create(ref settings, out handle));
         }
 

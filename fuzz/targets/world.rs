@@ -153,7 +153,7 @@ fn change(bytes: &mut Bytes<'_>, scene: &mut Scene) {
             }
             assert_eq!(world.tool_settings(*tool).validate(), Ok(()));
         }
-        215..=229 => world.allow((!bytes.rarely()).then(|| u64::from(bytes.short()) / 16)),
+        215..=229 => world.allow((!bytes.rarely()).then(|| u64::from(bytes.short()) / 16).into()),
         230..=239 => {
             let share = bytes.share();
             let Limits { force, torque } = settings.limits;

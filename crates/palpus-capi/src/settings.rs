@@ -104,6 +104,10 @@ pub struct palpus_settings {
     pub grip: [f64; 3],
     /// Maximum number of contacts of a step, 1 to 1048576. If there are more, the deepest are kept.
     pub capacity: u64,
+    /// Time that a step should take at most, s. Each step limits its work to what it can do in this
+    /// time, as the time of earlier steps shows. palpus_settings_coupled sets 0.6 of the period. 0:
+    /// any time; equal calls then give equal bits.
+    pub time_budget: f64,
     /// 1: contacts share force smoothly. 0: exact single linkage, whose clusters change abruptly.
     pub smooth_clusters: u32,
     /// 0: force and torque are limited separately. 1: both are scaled by one factor. 2: the device
@@ -152,7 +156,7 @@ impl palpus_settings {
             },
             grip_a: self.grip.into(),
             capacity: usize::try_from(self.capacity).unwrap_or(usize::MAX),
-            time_budget: None,
+            time_budget: (self.time_budget != 0.0).then_some((self.time_budget * 1e9).round() as u64),
             material: flag("has_material", self.has_material)?.then_some(Material { frequency, decay, gain }),
         })
     }
@@ -195,6 +199,7 @@ impl From<&Settings> for palpus_settings {
             limits: palpus_limits { force: settings.limits.force, torque: settings.limits.torque },
             grip: settings.grip_a.to_array(),
             capacity: settings.capacity as u64,
+            time_budget: settings.time_budget.map_or(0.0, |ns| ns as f64 * 1e-9),
             smooth_clusters: (settings.clustering == Clustering::Smooth).into(),
             saturation: match settings.saturation {
                 Saturation::Separate => 0,
@@ -239,4 +244,21 @@ pub unsafe extern "C" fn palpus_settings_coupled(
         coupled.validate()?;
         settings.put((&coupled).into())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_of_the_engine_come_back() {
+        let limits = Limits { force: 8.5, torque: 0.19 };
+        for period in [1e-3, 2.5e-4, 1.0 / 3000.0] {
+            let settings = Settings::coupled(limits, period, 2e-4).with_friction(0.4, 0.3);
+            assert_eq!(palpus_settings::from(&settings).read().ok(), Some(settings));
+        }
+        assert_eq!(palpus_settings::from(&Settings::default()).read().ok(), Some(Settings::default()));
+        let bad = palpus_settings { time_budget: f64::NAN, ..(&Settings::default()).into() };
+        assert!(bad.read().is_ok_and(|settings| settings.validate().is_err()));
+    }
 }

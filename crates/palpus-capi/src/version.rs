@@ -6,7 +6,7 @@ use crate::result::{Fault, entry, palpus_result};
 
 /// ABI version of this header. The version increases whenever a structure or an existing function
 /// changes. New functions do not increase the version.
-pub const PALPUS_ABI_VERSION: u32 = 2;
+pub const PALPUS_ABI_VERSION: u32 = 3;
 
 /// Returns the library's version as text, such as "0.1.0".
 #[unsafe(no_mangle)]

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use palpus::glam::DVec3;
-use palpus::{BodyId, NoClock, Object, Pose, ProbeState, Settings, Tick, ToolId, Twist, World};
+use palpus::{BodyId, Object, Pose, ProbeState, Settings, Tick, ToolId, Twist, WallClock, World};
 
 use crate::body::{body_of, palpus_body};
 use crate::handle::{Kind, Table};
@@ -110,6 +110,7 @@ pub(crate) struct Hosted {
     tools: Vec<ToolId>,
     /// States of the devices in the current step. The list is kept to reuse its memory.
     probes: Vec<ProbeState>,
+    clock: WallClock,
 }
 
 /// How an object moves.
@@ -131,7 +132,7 @@ impl Hosted {
         static NEXT: AtomicU32 = AtomicU32::new(1);
         let world = World::new(settings)?;
         let serial = NEXT.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { world, serial, objects: Vec::new(), tools: Vec::new(), probes: Vec::new() })
+        Ok(Self { world, serial, objects: Vec::new(), tools: Vec::new(), probes: Vec::new(), clock: WallClock::new() })
     }
 
     pub(crate) fn object(&self, object: palpus_object) -> Result<(BodyId, Motion), Fault> {
@@ -223,7 +224,7 @@ impl Hosted {
             };
             self.probes.push(state);
         }
-        self.world.step(&self.probes, dt, &NoClock);
+        self.world.step(&self.probes, dt, &self.clock);
         Ok(bad)
     }
 }

@@ -1,6 +1,6 @@
 //! The functions that create and use worlds.
 
-use palpus::{Object, Settings};
+use palpus::{Object, Settings, WorkLimit};
 
 use crate::body::{body_of, palpus_body};
 use crate::pointer::{In, InArray, Out, OutArray};
@@ -131,7 +131,8 @@ pub unsafe extern "C" fn palpus_world_add_tool(
 /// Makes one step. `dt` is the time since the previous step, s. `probes` has the state of each
 /// tool's device, in the order in which the tools were added. The function writes to `wrenches` the
 /// wrench for each device: about its grip, in the world's axes, within its limits. `wrenches` may
-/// be NULL. `count` is the number of tools.
+/// be NULL. `count` is the number of tools. The step reads the system's clock to keep to the time
+/// budget of its settings.
 ///
 /// If a device's state is not valid, its wrench is zero, the other tools continue, and the function
 /// returns PALPUS_ERROR_VALUE after the step. After any other error no step was made, and all
@@ -346,14 +347,14 @@ pub unsafe extern "C" fn palpus_world_set_tool_settings(
     })
 }
 
-/// Limits the queries of each step to about `work` units of work. Pairs that a query does not reach
-/// keep their extrapolated contacts and come first in the next step. 0: no limit. palpus_tick.work
-/// is the work of a step.
+/// Limits the queries of each step to about `work` units of work, instead of the time budget of the
+/// settings. Pairs that a query does not reach keep their extrapolated contacts and come first in
+/// the next step. 0: the time budget is the limit again. palpus_tick.work is the work of a step.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_world_allow(world: palpus_world, work: u64) -> palpus_result {
     entry(|| {
         WORLDS.change(world.id, |hosted| {
-            hosted.world.allow((work > 0).then_some(work));
+            hosted.world.allow(if work > 0 { WorkLimit::Units(work) } else { WorkLimit::TimeBudget });
             Ok(())
         })
     })

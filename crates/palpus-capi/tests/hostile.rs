@@ -109,6 +109,7 @@ impl Host {
             &mut settings.coupling.mass,
             &mut settings.limits.force,
             &mut settings.grip[1],
+            &mut settings.time_budget,
         ] {
             *place = self.number(*place);
         }

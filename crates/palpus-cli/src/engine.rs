@@ -2,14 +2,13 @@
 //! for each device.
 
 use glam::DVec3;
-use palpus::algebra::{Pose, Twist, Wrench};
+use palpus::algebra::{Pose, Twist, WallClock, Wrench};
 use palpus::detect::Helper;
-use palpus::render::{Limits, Object, Pacer, ProbeState, Settings, SettingsError, TickSummary, ToolId, World};
+use palpus::render::{Limits, Object, ProbeState, Settings, SettingsError, TickSummary, ToolId, WorkLimit, World};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
 use palpus_window::Moment;
 
-use crate::clock::WallClock;
 use crate::lead_out::LeadOut;
 use crate::objects::Objects;
 use crate::shots::Shots;
@@ -29,7 +28,6 @@ pub(crate) struct Engine {
     clock: WallClock,
     shots: Shots,
     live: Option<Publisher<Moment>>,
-    pacer: Option<Pacer>,
 }
 
 /// One of the tools.
@@ -68,10 +66,12 @@ impl Engine {
         self.world.helper()
     }
 
-    /// Creates an engine for the first tools of a stage, one tool for each of the `settings`.
+    /// Creates an engine for the first tools of a stage, one tool for each of the `settings`. Its
+    /// work is not limited.
     pub(crate) fn new(stage: &Stage, settings: &[Settings]) -> anyhow::Result<Self> {
         let frame = Frame::new(stage.environment_pose);
         let mut world = World::new(settings.first().copied().unwrap_or_default())?;
+        world.allow(WorkLimit::Unlimited);
         world.add(Object::fixed(stage.environment.clone(), Pose::IDENTITY))?;
         let objects = Objects::add(stage, &mut world, &frame)?;
         let mut tools = Vec::new();
@@ -81,7 +81,7 @@ impl Engine {
         }
         let probes = vec![ProbeState::at(Pose::IDENTITY); tools.len()];
         let (clock, shots) = (WallClock::new(), Shots::default());
-        Ok(Self { world, tools, probes, objects, frame, clock, shots, live: None, pacer: None })
+        Ok(Self { world, tools, probes, objects, frame, clock, shots, live: None })
     }
 
     /// Gives the engine memory to turn shading on later. The crease angle is `crease_angle` (rad),
@@ -155,15 +155,9 @@ impl Engine {
         self.shots.kept(period)
     }
 
-    /// From now on, limits the work of each step so that it fits into the period of a loop at
-    /// `rate_hz`.
-    pub(crate) fn pace(&mut self, rate_hz: f64) {
-        self.pacer = self.tools.first().map(|tool| Pacer::of(self.world.tool_settings(tool.id), rate_hz));
-    }
-
-    /// Sets the work limit of the next step; see [`World::allow`].
-    pub(crate) fn allow(&mut self, work: Option<u64>) {
-        self.world.allow(work);
+    /// Sets the work limit of the next steps; see [`World::allow`].
+    pub(crate) fn allow(&mut self, limit: WorkLimit) {
+        self.world.allow(limit);
     }
 
     /// Resets the engine after a step that panicked, because its state may be inconsistent. The
@@ -188,9 +182,6 @@ impl Engine {
         self.take_settings();
         for ((probe, state), tool) in self.probes.iter_mut().zip(states).zip(&self.tools) {
             *probe = self.frame.probe(state, self.world.tool_settings(tool.id).grip_a);
-        }
-        if let Some(pacer) = &self.pacer {
-            self.world.allow(Some(pacer.allowance()));
         }
         self.objects.drive(&mut self.world, dt);
         self.world.step(&self.probes, dt, &self.clock);
@@ -225,13 +216,10 @@ impl Engine {
         }
     }
 
-    /// Publishes the moment of the last step, and updates the pacer with its time.
+    /// Publishes the moment of the last step.
     fn show(&mut self, dt: f64) {
-        let Self { world, tools, objects, shots, live, pacer, .. } = self;
+        let Self { world, tools, objects, shots, live, .. } = self;
         let Some(first) = tools.first().map(|tool| world.tick(tool.id)) else { return };
-        if let Some(pacer) = pacer {
-            pacer.learn(first);
-        }
         shots.take(first.index, |moment| fill(moment, world, tools, objects, dt));
         if let Some(live) = live {
             live.publish_with(|moment| fill(moment, world, tools, objects, dt));

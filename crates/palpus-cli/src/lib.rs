@@ -11,7 +11,6 @@ mod args;
 mod bench;
 mod bodies;
 mod clearance;
-mod clock;
 mod convert;
 mod depth;
 mod devices;
@@ -71,7 +70,6 @@ use palpus_io::similar_name;
 
 use args::{Arguments, Command};
 
-pub use clock::WallClock;
 pub use devices::open as open_device;
 pub use summary::end as end_in_words;
 

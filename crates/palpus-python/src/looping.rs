@@ -117,7 +117,8 @@ impl Loop {
             device,
             world,
             tool,
-            rate_hz: self.options.rate_hz,
+            time_budget: (self.options.timing == Timing::RealTime)
+                .then(|| palpus::Settings::time_budget_of(1.0 / self.options.rate_hz)),
             claims: self.priority,
             settings: newest_settings,
             drives,

@@ -6,10 +6,8 @@ use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use palpus::render::Pacer;
-use palpus::{BodyId, Limits, Pose, ProbeState, Settings, ToolId, Twist, World, Wrench};
+use palpus::{BodyId, Limits, Pose, ProbeState, Settings, ToolId, Twist, WallClock, World, Wrench};
 use palpus_alloc::allocations_of_this_thread;
-use palpus_cli::WallClock;
 use palpus_device::{
     Cut, HapticDevice, Newest, Phase, Publisher, RealTimeOptions, RunStatistics, Servo, ServoTick, StepOutcome,
     TickObserver, claim,
@@ -39,7 +37,8 @@ pub(crate) struct ServoThread {
     pub(crate) device: Box<dyn HapticDevice + Send>,
     pub(crate) world: World,
     pub(crate) tool: ToolId,
-    pub(crate) rate_hz: f64,
+    /// Time that a step should take at most, ns. `None`: any time, and equal runs give equal bits.
+    pub(crate) time_budget: Option<u64>,
     pub(crate) claims: bool,
     pub(crate) settings: Newest<Settings>,
     pub(crate) drives: rtrb::Consumer<Drive>,
@@ -65,13 +64,17 @@ struct Detail {
 impl ServoThread {
     /// Runs the loop from its first tick to its last.
     pub(crate) fn turn(self) -> Ended {
-        let Self { mut servo, mut device, mut world, tool, rate_hz, claims, mut settings, mut drives, now, stop } =
+        let Self { mut servo, mut device, mut world, tool, time_budget, claims, mut settings, mut drives, now, stop } =
             self;
         if claims {
             claim(&RealTimeOptions::default());
         }
         let clock = WallClock::new();
-        let mut pacer = Pacer::of(world.tool_settings(tool), rate_hz);
+        let set = |world: &mut World, settings: Settings| {
+            world.set_tool_settings(tool, &Settings { time_budget, ..settings }).is_ok()
+        };
+        let first = *world.tool_settings(tool);
+        set(&mut world, first);
         let carried = LastTick { available: Cell::new(Limits::UNLIMITED), panicked: Cell::new(false) };
         let step = |state: &palpus_device::DeviceState, dt: f64| {
             let before = allocations_of_this_thread();
@@ -79,15 +82,13 @@ impl ServoThread {
                 world.clear();
             }
             world.set_available(tool, &carried.available.get());
-            let asked = settings.take().is_some_and(|asked| world.set_tool_settings(tool, asked).is_ok());
+            let asked = settings.take().is_some_and(|asked| set(&mut world, *asked));
             while let Ok((body, pose, twist)) = drives.pop() {
                 world.drive(body, pose, twist);
             }
             let probe = ProbeState::of_grip(&state.pose, &state.twist, world.tool_settings(tool).grip_a);
-            world.allow(Some(pacer.allowance()));
             world.step(&[probe], dt, &clock);
             let tick = world.tick(tool);
-            pacer.learn(tick);
             let allocations = allocations_of_this_thread() - before;
             let cut = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
             StepOutcome {

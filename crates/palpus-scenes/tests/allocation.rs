@@ -52,7 +52,7 @@ fn no_step_of_any_scene_allocates() {
         ];
         for (way, settings, work) in ways {
             let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
-            renderer.allow(work);
+            renderer.allow(work.into());
             let mut touching = 0;
             let before = allocations_of_this_thread();
             assert!(before > 0, "the counter is not installed");

@@ -11,7 +11,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, PolygonSoup};
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
-use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
+use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling, WorkLimit};
 use palpus_scenes::{scene, tour};
 
 /// Differences between a run with limited work and a run without a limit.
@@ -84,7 +84,7 @@ fn compare(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, work: u64, poses: &
     let settings = Settings { limits, cluster_radius: 0.0, ..settings };
     let mut full = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
     let mut hurried = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
-    hurried.allow(Some(work));
+    hurried.allow(WorkLimit::Units(work));
     // The first step starts at the roots of the hierarchies, so it is not compared.
     for _ in 0..400 {
         hurried.step(&ProbeState::at(poses[0]), 1e-3, &NoClock);
@@ -163,7 +163,7 @@ fn tool_waits_for_pairs_not_yet_queried() {
         let start = scene.path.pose(0.0);
         let goal = scene.path.pose(0.5 * scene.path.duration());
         let way = (goal.translation - start.translation).normalize_or(DVec3::NEG_Z);
-        renderer.allow(Some(12));
+        renderer.allow(WorkLimit::Units(12));
         let (mut deepest, mut waited, mut late) = (0.0f64, 0, 0);
         for k in 0..400 {
             let ahead = (f64::from(k) * 1e-3 * SLAM).min(0.1);
@@ -192,7 +192,7 @@ fn tool_that_is_lifted_off_a_face_is_not_held() {
     // A loop at 1 kHz has time for about 1000 units. The landing lasts for some hundred steps.
     for work in [650, 1000, 2000] {
         let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
-        renderer.allow(Some(work));
+        renderer.allow(WorkLimit::Units(work));
         let (mut last, mut largest, mut deepest, mut late, mut unused) = (DVec3::ZERO, 0.0f64, 0.0f64, 0, 0);
         let mut most = 0;
         for k in 0..600 {
@@ -239,7 +239,7 @@ fn tool_that_lands_on_a_fine_mesh_is_not_held_back() {
     let path = tour(&a, &b, start, tolerance, TOUR).expect("the plate reaches the fan disk");
     for work in [1000, 2000, 3000] {
         let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
-        renderer.allow(Some(work));
+        renderer.allow(WorkLimit::Units(work));
         let (mut last, mut largest, mut late) = (DVec3::ZERO, 0.0f64, 0);
         // The hand moves at 0.2 m/s, five times the speed of the path.
         for k in 0..4000 {

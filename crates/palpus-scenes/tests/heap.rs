@@ -8,7 +8,7 @@ use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::Body;
-use palpus::render::{BodyId, Limits, Object, ProbeState, Settings, ToolId, World};
+use palpus::render::{BodyId, Limits, Object, ProbeState, Settings, ToolId, WorkLimit, World};
 use palpus_scenes::shape::{cuboid, cup, gear, nut, scanned_torus, spoon};
 
 const DT: f64 = 1e-3;
@@ -64,7 +64,7 @@ impl Heap {
 #[test]
 fn heap_with_little_work_gains_no_energy() {
     let mut heap = Heap::new();
-    heap.world.allow(Some(WORK));
+    heap.world.allow(WorkLimit::Units(WORK));
     let first = heap.energy();
     let (mut last, mut gained, mut held) = (first, 0.0f64, 0);
     for _ in 0..2000 {
@@ -82,7 +82,7 @@ fn heap_with_little_work_gains_no_energy() {
 #[test]
 fn work_that_pairs_leave_goes_to_those_that_need_it() {
     let mut heap = Heap::new();
-    heap.world.allow(Some(WORK));
+    heap.world.allow(WorkLimit::Units(WORK));
     let (mut held, mut unused) = (0, 0);
     for _ in 0..2000 {
         heap.step();

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec2, DVec3};
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings, PolygonSoup};
-use palpus::render::{Limits, Object, ProbeState, Settings, World};
+use palpus::render::{Limits, Object, ProbeState, Settings, WorkLimit, World};
 use palpus_io::read_mesh;
 use palpus_scenes::shape::sleeve;
 
@@ -62,7 +62,7 @@ fn turn([nut, bolt]: &[Arc<Body>; 2], tolerance: f64, work: u64) -> Turning {
     let nut = world.add(Object::free(nut.clone(), start, 7800.0)).expect("a valid object");
     let wrench = body(&sleeve(DVec3::new(0.04, 0.04, WRENCH_HEIGHT), DVec2::new(0.0243, 0.0286)));
     let wrench = world.add_tool(wrench, settings).expect("valid settings");
-    world.allow(Some(work));
+    world.allow(WorkLimit::Units(work));
     let (mut last, mut turning) = (DVec3::ZERO, Turning::default());
     for k in 0..3000 {
         let angle = SPEED.to_radians() * DT * f64::from(k - 300).max(0.0);

@@ -61,15 +61,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! A loop in real time passes a [`WallClock`] instead of [`NoClock`]. Each step then limits its
+//! work to what fits into its time ([`WorkLimit`]). Meshes for a world are best built with the flatness
+//! [`BodySettings::HAPTIC`]: bodies with curved surfaces then have fewer pieces, and steps take
+//! less time.
+//!
 //! [`GlobalDepth`] computes the penetration depth of two meshes, with proven bounds.
 //!
 //! # Conventions
 //!
-//! The engine consists of pure functions of values. The engine has no input or output, no threads,
-//! no clock and no globals. Units are SI (metres, seconds, newtons, newton-metres, radians) unless
-//! a name says otherwise; frames are right-handed. Body **a** is the probe, body **b** the
-//! environment; a contact normal has the length 1 and points from body b into body a;
-//! `point_a − point_b = separation · normal`.
+//! The engine consists of pure functions of values. The engine has no input or output, no threads
+//! and no globals. It reads no clock but the one that the caller passes to it. Units are SI
+//! (metres, seconds, newtons, newton-metres, radians) unless a name says otherwise; frames are
+//! right-handed. Body **a** is the probe, body **b** the environment; a contact normal has the
+//! length 1 and points from body b into body a; `point_a − point_b = separation · normal`.
 //!
 //! With the feature `serde`, settings, poses, wrenches and contacts can be serialized.
 //!
@@ -96,9 +101,11 @@ pub mod render;
 
 pub use glam;
 
-pub use algebra::{Clock, NoClock, Pose, Twist, Wrench};
+pub use algebra::{Clock, NoClock, Pose, Twist, WallClock, Wrench};
 pub use body::{Body, BodyError, BodySettings, Health, PolygonSoup};
 pub use depth::{DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings};
 pub use detect::{Contact, ContactQuery, Proof, QuerySettings};
 pub use force::{FrictionSettings, ShadingSettings};
-pub use render::{BodyId, Limits, Object, ProbeState, Settings, SettingsError, Tick, ToolId, VirtualCoupling, World};
+pub use render::{
+    BodyId, Limits, Object, ProbeState, Settings, SettingsError, Tick, ToolId, VirtualCoupling, WorkLimit, World,
+};

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{Clock, NoClock, Pose, Twist, Wrench};
 use palpus::body::{Body, Feature, FeaturePair, convex_hull};
 use palpus::collision::{Proximity, march};
-use palpus::render::{Limits, Object, ProbeState, Renderer, Saturation, Settings, World, saturate};
+use palpus::render::{Limits, Object, ProbeState, Renderer, Saturation, Settings, WorkLimit, World, saturate};
 
 /// A clock that starts at a large time.
 struct Late(Cell<u64>);
@@ -32,13 +32,13 @@ fn an_unlimited_allowance_is_never_late() {
     let clock = Late(Cell::new(1 << 40));
     let probe = ProbeState::at(Pose::from_translation(DVec3::new(0.0, 0.0, 0.0199)));
     let mut alone = Renderer::new(cube(), cube(), settings).expect("the arguments are valid");
-    alone.allow(Some(u64::MAX));
+    alone.allow(WorkLimit::Units(u64::MAX));
     let tick = alone.step(&probe, 1e-3, &clock);
     assert!(!tick.is_late() && tick.commanded.force.z > 0.0, "{:?}", tick.commanded);
     let mut world = World::new(settings).expect("the arguments are valid");
     world.add(Object::fixed(cube(), Pose::IDENTITY)).expect("the arguments are valid");
     let [tool, _] = [0, 1].map(|_| world.add_tool(cube(), settings).expect("the arguments are valid"));
-    world.allow(Some(u64::MAX));
+    world.allow(WorkLimit::Units(u64::MAX));
     world.step(&[probe, ProbeState::at(Pose::from_translation(DVec3::X))], 1e-3, &clock);
     let tick = world.tick(tool);
     assert!(!tick.is_late() && tick.commanded.force.z > 0.0, "{:?}", tick.commanded);

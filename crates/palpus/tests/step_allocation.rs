@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Twist};
 use palpus::body::{Body, BodySettings, Mesh, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Material, Object, ProbeState, Renderer, Settings, VirtualCoupling, World};
+use palpus::render::{Clustering, Material, Object, ProbeState, Renderer, Settings, VirtualCoupling, WorkLimit, World};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 
 #[global_allocator]
@@ -64,7 +64,7 @@ fn a_step_does_not_allocate() {
     let (settings, [probe, environment]) = (every_force_stage(), tori());
     let mut renderer = Renderer::new(probe.clone(), environment.clone(), settings).expect("the settings are valid");
     let mut hurried = Renderer::new(probe, environment, settings).expect("the settings are valid");
-    hurried.allow(Some(60));
+    hurried.allow(WorkLimit::Units(60));
     let before = allocations_of_this_thread();
     assert!(before > 0, "the counting allocator is not installed");
     let (mut touching, mut most, mut overlapping) = (0, 0, 0);

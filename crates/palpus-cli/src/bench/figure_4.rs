@@ -4,14 +4,14 @@
 use std::fs;
 use std::path::Path;
 
-use palpus::render::{Clustering, Renderer, Settings};
+use palpus::WallClock;
+use palpus::render::{Clustering, Renderer, Settings, WorkLimit};
 use palpus_io::scene::FilePolicy;
 use palpus_window::{Moment, View};
 use serde::Serialize;
 
 use super::TICK;
 use super::figures::ticks;
-use crate::clock::WallClock;
 use crate::files;
 use crate::report::{Frame, Shot, of_moment};
 use crate::stage::{self, Stage};
@@ -42,6 +42,7 @@ pub(super) fn figure_4(out: &Path) -> anyhow::Result<()> {
     let stage = stage::prepare("spoon-cup", FilePolicy::Inside)?;
     let as_in_the_paper = Settings { clustering: Clustering::Linkage, ..stage.settings };
     let mut renderer = Renderer::new(stage.probe.clone(), stage.environment.clone(), as_in_the_paper)?;
+    renderer.allow(WorkLimit::Unlimited);
     let (moment, description) = choose(&stage, &mut renderer);
     for (frame, name) in [(Frame::Whole, "figure4"), (Frame::Contacts, "figure4_near")] {
         let shot =

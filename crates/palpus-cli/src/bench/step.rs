@@ -5,13 +5,12 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use palpus::algebra::quantile;
+use palpus::algebra::{WallClock, quantile};
 use palpus::body::BodySettings;
 use palpus::render::{ProbeState, Renderer};
 use palpus_io::read_poses;
 
 use super::TICK;
-use crate::clock::WallClock;
 use crate::{bodies, output, query};
 
 pub(super) fn step(a: &Path, b: &Path, poses: &Path, out: &Path, tolerance: Option<f64>) -> anyhow::Result<ExitCode> {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use palpus::render::Settings;
+use palpus::render::{Settings, WorkLimit};
 use palpus_device::{
     DeviceState, HapticDevice, RealTimeOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings,
     claim,
@@ -64,7 +64,7 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
         servo = servo.with_device(options.safety)?;
     }
     let mut engine = Engine::new(stage, &settings)?;
-    engine.pace(RATE_HZ);
+    engine.allow(WorkLimit::TimeBudget);
     let mut bounded = 0;
     let statistics = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, || {

@@ -182,7 +182,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: RowVisitor<'_
         }
         answers.fill(None);
         if rows().all(has_stepped) {
-            engine.allow(rows().find_map(work_allowed));
+            engine.allow(rows().find_map(work_allowed).into());
             let dt = rows().next().map_or(0.0, |row| row.dt);
             engine.step(&states, dt, &mut answers);
         }

@@ -7,7 +7,7 @@ use anyhow::{anyhow, bail};
 use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::body::Body;
-use palpus::render::{Clustering, Settings};
+use palpus::render::{Clustering, Settings, WorkLimit};
 use palpus_device::{
     AfterFault, DEVICE_BUTTONS, DeviceSpec, DeviceState, EnableMode, FaultyDevice, Guide, Guided, HOLD_KEY,
     HapticDevice, Publisher, ReplayDevice, SafetyLimits, SafetyOptions, Script, ServoOptions, SimulatedDevice,
@@ -138,7 +138,7 @@ impl Plan {
     pub(super) fn engine(&self, settings: &[Settings], steerable: bool) -> anyhow::Result<Engine> {
         let mut engine = Engine::new(&self.stage, settings)?;
         if self.keeps_time() {
-            engine.pace(self.rate_hz);
+            engine.allow(WorkLimit::TimeBudget);
         }
         Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
     }

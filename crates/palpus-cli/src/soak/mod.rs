@@ -29,7 +29,7 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
-use palpus::render::{Limits, Settings};
+use palpus::render::{Limits, Settings, WorkLimit};
 use palpus_device::{
     DeviceSpec, DeviceState, HandImpedance, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, Rearm,
     RunStatistics, SafetyOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim,
@@ -156,7 +156,7 @@ impl Run {
             devices.push(device);
         }
         let mut engine = Engine::new(&ground.hands[0].stage, &settings)?;
-        engine.pace(self.rate_hz);
+        engine.allow(WorkLimit::TimeBudget);
         let (publisher, newest) = latest_of(Interval::default);
         let mut tally = Tally::new(self.interval, count, publisher);
         let over = AtomicBool::new(false);

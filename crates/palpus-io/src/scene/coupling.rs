@@ -6,12 +6,14 @@ use palpus::render::{Saturation, Settings, VirtualCoupling};
 use super::{CouplingMode, SceneCoupling};
 
 impl SceneCoupling {
-    /// Returns `render` with this coupling, for a loop with a period of `period` seconds.
+    /// Returns `render` with this coupling and a time budget, for a loop with a period of `period`
+    /// seconds.
     /// `render.limits` are the combined limits of the device and the scene. Values that the scene
     /// does not set are computed from these limits.
     pub fn settings(&self, render: &Settings, period: f64) -> Settings {
         let mut settings = *render;
         let limits = settings.limits;
+        settings.time_budget.get_or_insert_with(|| Settings::time_budget_of(period));
         if limits.torque <= 0.0 {
             // A device without torque would saturate in every tick; show the torque instead.
             settings.saturation = Saturation::UnderActuated;

@@ -21,7 +21,7 @@ pub mod tolerance;
 mod work;
 mod workers;
 
-pub use clock::{Clock, NoClock};
+pub use clock::{Clock, NoClock, WallClock};
 pub use closest::{
     SegmentSegment, closest_on_segment, closest_on_triangle, closest_on_triangles, closest_segment_segment,
 };

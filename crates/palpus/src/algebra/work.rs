@@ -6,8 +6,8 @@ use std::cell::Cell;
 /// A limit of work, and the work that was done so far.
 ///
 /// One unit is about the cost of a test of one pair of nodes; `tolerance` lists the cost of other
-/// steps. The engine never reads a clock to limit its work. A caller with a clock sets the limit
-/// ([`crate::render::Pacer`]).
+/// steps. A query never reads a clock to limit its work. A step sets the limit from the measured
+/// times of earlier steps, or the caller sets it ([`crate::render::WorkLimit`]).
 #[derive(Debug, Default)]
 pub struct Work {
     most: Option<u64>,

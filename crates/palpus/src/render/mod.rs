@@ -30,7 +30,7 @@ mod world;
 
 pub use coupling::VirtualCoupling;
 pub use force_stage::{Forces, Motion, force};
-pub use pacer::Pacer;
+pub use pacer::WorkLimit;
 pub use renderer::Renderer;
 pub use saturate::{Limits, Saturated, Saturation, saturate};
 pub use scratch::Scratch;

@@ -17,7 +17,7 @@
 
 use std::sync::Arc;
 
-use super::{Limits, Object, ProbeState, Settings, SettingsError, Tick, ToolId, World};
+use super::{Limits, Object, ProbeState, Settings, SettingsError, Tick, ToolId, WorkLimit, World};
 use crate::algebra::{Clock, Pose};
 use crate::body::Body;
 use crate::detect::Helper;
@@ -68,8 +68,8 @@ impl Renderer {
     }
 
     /// Limits the work of the queries of the next steps: see [`World::allow`].
-    pub fn allow(&mut self, work: Option<u64>) {
-        self.world.allow(work);
+    pub fn allow(&mut self, limit: WorkLimit) {
+        self.world.allow(limit);
     }
 
     /// Returns a helper for the steps: see [`World::helper`].

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::{Limits, ProbeState, Renderer, Settings};
+use super::{Limits, ProbeState, Renderer, Settings, WorkLimit, World};
+use crate::algebra::tolerance::PACE_LEAST_WORK;
 use crate::algebra::{Clock, NoClock, Pose, Twist, Wrench};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 use crate::force::testing::Random;
@@ -228,17 +229,49 @@ fn the_same_steps_give_the_same_bits() {
     assert_eq!(first, run(&mut renderer));
 }
 
+/// A clock on which each reading takes the same time, ns.
+struct Ticking(Cell<u64>, u64);
+
+impl Clock for Ticking {
+    fn now_ns(&self) -> u64 {
+        self.0.set(self.0.get() + self.1);
+        self.0.get()
+    }
+}
+
+#[test]
+fn step_with_a_running_clock_keeps_to_the_least_time_budget() {
+    let block = cuboid(DVec3::ZERO, DVec3::splat(0.02));
+    let settings = Settings::coupled(Limits { force: 8.5, torque: 0.19 }, DT, 1e-4);
+    let mut world = World::new(settings).unwrap();
+    let (fast, slow) = (Ticking(Cell::new(0), 10), Ticking(Cell::new(0), 1_000_000));
+    let tool = world.add_tool(block.clone(), Settings { time_budget: None, ..settings }).unwrap();
+    let allowed = |world: &mut World, clock: &dyn Clock| {
+        world.step(&[at(0.0, 0.0), at(0.1, 0.0)], DT, &clock);
+        world.tick(tool).work_allowed
+    };
+    assert_eq!(allowed(&mut world, &fast), None);
+    world.set_tool_settings(tool, &settings).unwrap();
+    assert_eq!(allowed(&mut world, &NoClock), None);
+    let whole = allowed(&mut world, &fast).unwrap();
+    world.add_tool(block, Settings { time_budget: Some(300_000), ..settings }).unwrap();
+    let half = allowed(&mut world, &fast).unwrap();
+    assert!(half < whole && half > whole / 3, "{half} of {whole}");
+    // On the slow clock, the rest of the step leaves no time for queries.
+    (0..100).for_each(|_| assert!(allowed(&mut world, &slow).is_some()));
+    assert_eq!(allowed(&mut world, &slow), Some(PACE_LEAST_WORK));
+    for (limit, expected) in [(WorkLimit::Units(70), Some(70)), (WorkLimit::Unlimited, None)] {
+        world.allow(limit);
+        assert_eq!(allowed(&mut world, &slow), expected);
+    }
+    world.allow(WorkLimit::TimeBudget);
+    assert_eq!(allowed(&mut world, &NoClock), None);
+}
+
 #[test]
 fn caller_clock_times_the_stages() {
-    struct Ticking(Cell<u64>);
-    impl Clock for Ticking {
-        fn now_ns(&self) -> u64 {
-            self.0.set(self.0.get() + 10);
-            self.0.get()
-        }
-    }
     let mut renderer = cube_on_floor(settings());
-    let clock = Ticking(Cell::new(0));
+    let clock = Ticking(Cell::new(0), 10);
     let times = renderer.step(&at(0.0, 0.0), DT, &clock).times;
     assert!(times.query > 0 && times.depth > 0 && times.force > 0 && times.couple > 0 && times.saturate > 0);
     assert!(times.total >= times.query + times.depth + times.force + times.couple + times.saturate);

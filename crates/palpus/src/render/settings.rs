@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Limits, Material, Saturation, VirtualCoupling};
-use crate::algebra::tolerance::{SMOOTH_CONTACTS, TOOL_SINKS};
+use crate::algebra::tolerance::{PACE_SHARE, SMOOTH_CONTACTS, TOOL_SINKS};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
 /// All settings of rendering. [`Settings::validate`] checks them before use.
@@ -58,8 +58,8 @@ pub struct Settings {
     pub grip_a: DVec3,
     /// Largest number of contacts in a tick. If there are more, the deepest are kept.
     pub capacity: usize,
-    /// Target time of a step, ns; `None`: a fixed fraction of the loop's period. The engine ignores
-    /// this field. The loop passes it to a [`super::Pacer`], which limits the work of each step.
+    /// Time that a step should take at most, ns; `None`: any time. A step with a running clock
+    /// limits the work of its queries to what it can do in this time ([`super::WorkLimit`]).
     pub time_budget: Option<u64>,
 }
 
@@ -133,7 +133,8 @@ const LEAST_BUDGET: u64 = 1000;
 impl Settings {
     /// Settings for a tool with a coupling, as stiff as a device with these limits can display.
     /// `period` is the period of the loop (s), and `contact_tolerance` is in m. A scene that
-    /// contains only two meshes gets these settings.
+    /// contains only two meshes gets these settings. The time budget is that of
+    /// [`Self::time_budget_of`].
     ///
     /// A good tolerance is a hundredth of the smaller body's size.
     #[must_use]
@@ -143,7 +144,14 @@ impl Settings {
         let coupling = Some(VirtualCoupling::tuned(&limits, period, contact_tolerance));
         // A device without torque would saturate in every tick, so the torque is only displayed.
         let saturation = if limits.torque > 0.0 { default.saturation } else { Saturation::UnderActuated };
-        Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
+        let time_budget = Some(Self::time_budget_of(period));
+        Self { contact_tolerance, stiffness, coupling, limits, saturation, time_budget, ..default }
+    }
+
+    /// Returns the time that a step should take at most in a loop with a period of `period`
+    /// seconds, ns: 0.6 of the period.
+    pub fn time_budget_of(period: f64) -> u64 {
+        (PACE_SHARE * 1e9 * period) as u64
     }
 
     /// Returns these settings with friction of these coefficients. The tangential stiffness equals

@@ -5,7 +5,7 @@ use palpus::algebra::Clock;
 /// The thread's processor time, or wall-clock time on systems without such a clock.
 pub(super) struct CpuClock {
     #[cfg(not(unix))]
-    wall: crate::clock::WallClock,
+    wall: palpus::WallClock,
 }
 
 #[cfg(unix)]
@@ -26,7 +26,7 @@ impl Clock for CpuClock {
 #[cfg(not(unix))]
 impl CpuClock {
     pub(super) fn new() -> Self {
-        Self { wall: crate::clock::WallClock::new() }
+        Self { wall: palpus::WallClock::new() }
     }
 }
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, quantile_of_sorted};
 use palpus::detect::{Contact, ContactQuery, Proof, QueryCounters, QuerySettings};
 use palpus::force::{LoadSharing, Tilted};
-use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
+use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling, WorkLimit};
 use palpus_device::HelperThread;
 use serde::{Serialize, Serializer};
 
@@ -142,11 +142,11 @@ pub(super) fn measure(
     let every = all.checked_div(truths).map_or(usize::MAX, |every| every.max(2));
     for stretch in &case.stretches {
         renderer.clear();
-        renderer.allow(None);
+        renderer.allow(WorkLimit::Unlimited);
         let tick = renderer.step(&ProbeState::at(stretch[0]), TICK, &clock);
         let mut last = (tick.times.total as f64 / 1e3, answer(tick));
         if case.coupled {
-            renderer.allow(Some(ALLOWED));
+            renderer.allow(WorkLimit::Units(ALLOWED));
         }
         for (k, pose) in stretch.iter().enumerate().skip(1) {
             let tick = renderer.step(&ProbeState::at(*pose), TICK, &clock);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use palpus::algebra::{NoClock, Wrench, quantile_of_sorted};
 use palpus::body::Body;
-use palpus::render::{ProbeState, Renderer, Settings};
+use palpus::render::{ProbeState, Renderer, Settings, WorkLimit};
 use serde::Serialize;
 
 use super::pairs::{self, Pair};
@@ -59,11 +59,11 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
         hurried.clear();
         // The first step begins at the roots of both bodies. There is no force yet, so this step is
         // left out of the comparison.
-        hurried.allow(None);
+        hurried.allow(WorkLimit::Unlimited);
         for renderer in [&mut full, &mut hurried] {
             renderer.step(&ProbeState::at(stretch[0]), TICK, &NoClock);
         }
-        hurried.allow(Some(ALLOWED));
+        hurried.allow(WorkLimit::Units(ALLOWED));
         let mut last: Option<[Wrench; 2]> = None;
         for pose in &stretch[1..] {
             let state = ProbeState::at(*pose);

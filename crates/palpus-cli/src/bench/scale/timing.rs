@@ -1,12 +1,11 @@
 //! The times of the engine step along stretches of coherent motion.
 
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, WallClock};
 use palpus::render::{ProbeState, Renderer};
 use serde::Serialize;
 
 use super::Bodies;
 use crate::bench::{TICK, settings, use_large_pages};
-use crate::clock::WallClock;
 use crate::summary::Micros;
 
 /// Times of the steps of a motion.

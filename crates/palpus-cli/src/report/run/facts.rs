@@ -126,9 +126,7 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
         fact("room for contacts", settings.capacity.to_string()),
         fact(
             "time budget of a step",
-            settings
-                .time_budget
-                .map_or_else(|| "0.6 of the period".to_owned(), |ns| format!("{} µs", said(ns as f64 / 1e3, 4))),
+            settings.time_budget.map_or_else(|| "none".to_owned(), |ns| format!("{} µs", said(ns as f64 / 1e3, 4))),
         ),
     ]);
     facts

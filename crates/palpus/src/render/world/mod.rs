@@ -93,6 +93,7 @@ use self::islands::Islands;
 use self::object::{Kind, Part, Role, WorldBody};
 use self::pair::{Pair, common, mirrored};
 use self::solve::BlockSystem;
+use super::pacer::{Pacer, WorkLimit};
 use super::{Settings, SettingsError, VirtualCoupling};
 use crate::algebra::tolerance::TOOL_OFFSET;
 use crate::algebra::{Pose, Twist, Wrench};
@@ -128,7 +129,12 @@ pub struct World {
     /// The margin of the boxes of fixed bodies, m; NaN if one of these bodies was added or moved.
     boxed_with: f64,
     steps: u64,
+    limit: WorkLimit,
+    pacer: Pacer,
+    /// Allowed work of the queries in this step.
     allowed: Option<u64>,
+    /// Work of the queries in this step.
+    work: u64,
     counters: WorldCounters,
 }
 
@@ -197,7 +203,10 @@ impl World {
             margin: settings.contact_tolerance,
             boxed_with: f64::NAN,
             steps: 0,
+            limit: WorkLimit::default(),
+            pacer: Pacer::NEW,
             allowed: None,
+            work: 0,
             counters: WorldCounters::default(),
         })
     }
@@ -352,11 +361,11 @@ impl World {
         self.pairs.iter().fold(Helper::default(), |helper, pair| helper.and(pair.helper()))
     }
 
-    /// Limits the work ([`crate::algebra::Work`]) of all queries in each of the next steps; `None`:
-    /// no limit. Pairs that the queries do not reach keep their contacts, extrapolated, and come
-    /// first in the next step.
-    pub fn allow(&mut self, work: Option<u64>) {
-        self.allowed = work;
+    /// Limits the work of all queries in each of the next steps. At first, the limit is
+    /// [`WorkLimit::TimeBudget`]. Pairs that the queries do not reach keep their contacts,
+    /// extrapolated, and come first in the next step.
+    pub fn allow(&mut self, limit: WorkLimit) {
+        self.limit = limit;
     }
 
     /// Drops all state except the poses and velocities of objects. The next step runs like the

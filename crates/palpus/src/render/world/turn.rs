@@ -9,6 +9,7 @@ use super::{NONE, World, WorldCounters};
 use crate::algebra::tolerance::BOX_SPARE;
 use crate::algebra::{Clock, Quota, Twist, Work};
 use crate::render::ProbeState;
+use crate::render::pacer::WorkLimit;
 use crate::render::reach::MostMotion;
 use crate::render::tool::radius;
 use crate::render::transient::approach;
@@ -18,9 +19,14 @@ impl World {
     /// states are in the order in which the tools were added. `dt` is the time since the last step,
     /// s.
     ///
+    /// With a running clock, as [`WallClock`](crate::algebra::WallClock), the step keeps to the
+    /// time budget of its settings ([`WorkLimit`]), and its tick has the time of each stage.
+    ///
     /// A tool with an invalid pose has a zero wrench and no contacts.
     pub fn step(&mut self, probes: &[ProbeState], dt: f64, clock: &impl Clock) {
         let begin = clock.now_ns();
+        let time_budget = self.time_budget().filter(|_| clock.is_running());
+        self.limit_work(time_budget);
         self.begin(probes, dt);
         self.find_near(dt);
         self.query(dt, clock);
@@ -41,7 +47,24 @@ impl World {
             times.saturate = saturated - coupled;
             times.total = saturated - begin;
         }
+        if let Some(target) = time_budget {
+            self.pacer.learn(target, self.work, queried - begin, saturated - queried);
+        }
         self.steps += 1;
+    }
+
+    /// Returns the least time budget of the tools, ns.
+    fn time_budget(&self) -> Option<u64> {
+        self.tools.iter().filter_map(|held| held.settings.time_budget).min()
+    }
+
+    /// Sets the allowed work of a step. `time_budget` is the time that it should take at most, ns.
+    fn limit_work(&mut self, time_budget: Option<u64>) {
+        self.allowed = match self.limit {
+            WorkLimit::TimeBudget => time_budget.map(|target| self.pacer.allowance(target)),
+            WorkLimit::Units(units) => Some(units),
+            WorkLimit::Unlimited => None,
+        };
     }
 
     /// Runs step 1 of the module's description.
@@ -172,8 +195,9 @@ impl World {
                 break;
             }
         }
+        self.work = work.spent();
         for held in &mut self.tools {
-            (held.tick.work, held.tick.work_allowed) = (work.spent(), self.allowed);
+            (held.tick.work, held.tick.work_allowed) = (self.work, self.allowed);
         }
     }
 
