@@ -149,9 +149,9 @@ impl Settings {
     }
 
     /// Returns the time that a step should take at most in a loop with a period of `period`
-    /// seconds, ns: 0.6 of the period.
+    /// seconds, ns: 0.6 of the period, but at least 1000.
     pub fn time_budget_of(period: f64) -> u64 {
-        (PACE_SHARE * 1e9 * period) as u64
+        ((PACE_SHARE * 1e9 * period) as u64).max(LEAST_BUDGET)
     }
 
     /// Returns these settings with friction of these coefficients. The tangential stiffness equals
