@@ -256,7 +256,7 @@ fn step_with_a_running_clock_keeps_to_the_least_time_budget() {
     let whole = allowed(&mut world, &fast).unwrap();
     world.add_tool(block, Settings { time_budget: Some(300_000), ..settings }).unwrap();
     let half = allowed(&mut world, &fast).unwrap();
-    assert!(half < whole && half > whole / 3, "{half} of {whole}");
+    assert!((4 * whole / 10..6 * whole / 10).contains(&half), "{half} of {whole}");
     // On the slow clock, the rest of the step leaves no time for queries.
     (0..100).for_each(|_| assert!(allowed(&mut world, &slow).is_some()));
     assert_eq!(allowed(&mut world, &slow), Some(PACE_LEAST_WORK));
