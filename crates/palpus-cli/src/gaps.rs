@@ -168,7 +168,7 @@ pub(crate) fn clear_above([low, high]: [DVec3; 2], reach: f64) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
+    use std::path::PathBuf;
 
     use super::length;
     use palpus::detect::{ContactQuery, QuerySettings};
@@ -182,8 +182,11 @@ mod tests {
         assert_eq!(words, ["2.50 µm", "0.35 mm", "20.0 mm", "12.3 cm", "120 m"]);
     }
 
-    /// Writes a cube with sides of 20 units, away from its origin, as `cube.obj`.
-    fn write_cube(folder: &Path) {
+    /// Creates a folder with `cube.obj`, a cube with sides of 20 units, away from its origin.
+    fn folder_with_cube(name: &str) -> PathBuf {
+        crate::bodies::use_cache(false);
+        let folder = std::env::temp_dir().join(format!("palpus-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("the folder can be created");
         let mut cube = String::new();
         for k in 0..8u32 {
             let side = |bit: u32| 5.0 + 20.0 * f64::from(k >> bit & 1);
@@ -191,14 +194,12 @@ mod tests {
         }
         cube += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
         std::fs::write(folder.join("cube.obj"), cube).expect("the file can be written");
+        folder
     }
 
     #[test]
     fn scene_of_two_bare_meshes_makes_contact() {
-        crate::bodies::use_cache(false);
-        let folder = std::env::temp_dir().join(format!("palpus-gaps-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("the folder can be created");
-        write_cube(&folder);
+        let folder = folder_with_cube("gaps");
         let scene = folder.join("scene.toml");
         for (unit, tolerance, notes) in
             [("mm", 0.2e-3 * 3f64.sqrt(), 3), ("cm", 1e-3, 2), ("um", 0.2e-6 * 3f64.sqrt(), 4), ("m", 1e-3, 3)]
@@ -227,10 +228,7 @@ mod tests {
 
     #[test]
     fn small_objects_lower_the_tolerance() {
-        crate::bodies::use_cache(false);
-        let folder = std::env::temp_dir().join(format!("palpus-gaps-small-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("the folder can be created");
-        write_cube(&folder);
+        let folder = folder_with_cube("gaps-small");
         let scene = folder.join("scene.toml");
         for (unit, tolerance, why) in [
             ("cm", 1e-3, None),

@@ -1877,7 +1877,7 @@ pub const BOUNDED_WORK: u64 = 128;
 /// Cost of starting a march, in units of [`crate::algebra::Work`]. One unit is the cost of
 /// examining a pair of nodes.
 ///
-/// The caller that sets the work limit measures the time per unit. So the `WORK_` values need to be
+/// The pacer that sets the work limit measures the time per unit. So the `WORK_` values need to be
 /// correct only relative to each other, within a factor of about two. The parts of a query then
 /// share the limit in proportion to their time.
 pub const WORK_MARCH: u64 = 2;

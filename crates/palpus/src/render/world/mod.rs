@@ -133,8 +133,6 @@ pub struct World {
     pacer: Pacer,
     /// Allowed work of the queries in this step.
     allowed: Option<u64>,
-    /// Work of the queries in this step.
-    work: u64,
     counters: WorldCounters,
 }
 
@@ -206,7 +204,6 @@ impl World {
             limit: WorkLimit::default(),
             pacer: Pacer::NEW,
             allowed: None,
-            work: 0,
             counters: WorldCounters::default(),
         })
     }

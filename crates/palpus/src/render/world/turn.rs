@@ -29,7 +29,7 @@ impl World {
         self.limit_work(time_budget);
         self.begin(probes, dt);
         self.find_near(dt);
-        self.query(dt, clock);
+        let work = self.query(dt, clock);
         let queried = clock.now_ns();
         self.force(dt);
         self.show();
@@ -48,7 +48,7 @@ impl World {
             times.total = saturated - begin;
         }
         if let Some(target) = time_budget {
-            self.pacer.learn(target, self.work, queried - begin, saturated - queried);
+            self.pacer.learn(target, work, queried - begin, saturated - queried);
         }
         self.steps += 1;
     }
@@ -186,8 +186,8 @@ impl World {
     }
 
     /// Queries contacts and depths of all near pairs of which a body may move. A contact wakes
-    /// sleeping bodies, which have other pairs.
-    fn query(&mut self, dt: f64, clock: &impl Clock) {
+    /// sleeping bodies, which have other pairs. Returns the work of all queries.
+    fn query(&mut self, dt: f64, clock: &impl Clock) -> u64 {
         let work = Work::of(self.allowed);
         loop {
             self.query_active(&work, dt, clock);
@@ -195,10 +195,10 @@ impl World {
                 break;
             }
         }
-        self.work = work.spent();
         for held in &mut self.tools {
-            (held.tick.work, held.tick.work_allowed) = (self.work, self.allowed);
+            (held.tick.work, held.tick.work_allowed) = (work.spent(), self.allowed);
         }
+        work.spent()
     }
 
     /// Queries the near pairs of active bodies that were not yet queried in this step. Pairs whose
