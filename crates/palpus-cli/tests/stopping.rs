@@ -6,7 +6,7 @@ mod program_run;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use palpus_device::Phase;
@@ -119,6 +119,12 @@ fn hold_a_cube(folder: &Path) {
     fs::write(folder.join("mine/tool.obj"), corners.collect::<String>() + faces).expect("the file can be written");
 }
 
+/// Asserts that the device gave no force, also not while the tool left the part.
+fn assert_no_force(output: &Output) {
+    let summary = text(&output.stdout);
+    assert!(summary.contains("peak force 0.00 N"), "{summary}");
+}
+
 #[test]
 fn start_buried_in_the_part_is_reported() {
     let folder = Folder::new("buried");
@@ -129,6 +135,7 @@ fn start_buried_in_the_part_is_reported() {
     let said = text(&output.stderr);
     assert!(said.contains("the probe overlaps the part by 8.") && said.contains("to enable force"), "{said}");
     assert!(said.contains("along (0.00, 0.00, 1.00)"), "{said}");
+    assert_no_force(&output);
 }
 
 #[test]
@@ -141,6 +148,7 @@ fn start_inside_the_part_is_reported_with_the_way_out() {
     let said = text(&output.stderr);
     assert!(said.contains("the probe overlaps the part by") && said.contains("to enable force"), "{said}");
     assert!(said.contains("along (0.00, 0.00, 1.00)"), "{said}");
+    assert_no_force(&output);
 }
 
 /// Adds a fixed plate of 60 mm at the hand's start to `mine`, between two heights (mm).

@@ -3,6 +3,8 @@
 //! ```text
 //!          requested        small wrench          ramp is over
 //!   Idle ────────► Waiting ──────────────► Ramping ─────────► Engaged
+//!    │               ▲                        │                  │
+//!    │               └── large wrench, early ─┤                  │
 //!    ▲ ◄──────────────┴─── not requested ─────┴──────────────────┘
 //!    │                                                       any phase
 //!    │ hold time is over                                         │ fault
@@ -19,8 +21,19 @@
 //!
 //! A pause leads to `Idle`, as if the user had released the button. Buttons must then be pressed
 //! again. Without buttons the device waits for a small wrench after the pause.
+//!
+//! A small wrench in one tick does not prove that the tool is free: a coupled tool begins at the
+//! grip even if it overlaps a part there, and leaves the part in the next ticks. So if the wrench
+//! becomes large in the first part of the ramp ([`EARLY`]), the start-up goes back to `Waiting`.
 
 use super::latch::Latch;
+
+/// The first part of the ramp, in which a large wrench ends the ramp. At most this fraction of the
+/// wrench has been given then.
+///
+/// The ramp takes 250 ms, so this part takes 50 ms. A tool leaves a part within about
+/// 10 ms. With a larger value, a hand that reaches a part soon after the start feels nothing.
+const EARLY: f64 = 0.2;
 
 /// How the user enables forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -183,6 +196,7 @@ impl Machine {
             Phase::Faulted if self.since < self.hold => {}
             _ if idle && self.phase != Phase::Idle => self.go(Phase::Idle),
             Phase::Idle | Phase::Faulted if self.requested => self.go(Phase::Waiting),
+            Phase::Ramping if !event.small && self.since <= EARLY * self.ramp => self.go(Phase::Waiting),
             _ => {}
         }
         // One tick may go through several phases, for example if the ramp has length 0.
@@ -246,8 +260,13 @@ mod tests {
         assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting);
         assert!(machine.gain() <= 0.0);
         assert_eq!(tick(&mut machine, 0, true), Phase::Ramping);
-        // The wrench may grow during the ramp.
-        assert_eq!(ticks(&mut machine, 50, 0, false), Phase::Ramping);
+        // A wrench that grows at once comes from a tool that overlaps a part.
+        assert_eq!(ticks(&mut machine, 18, 0, true), Phase::Ramping);
+        assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting);
+        assert!(machine.gain() <= 0.0);
+        assert_eq!(ticks(&mut machine, 22, 0, true), Phase::Ramping);
+        // Later the wrench may grow.
+        assert_eq!(ticks(&mut machine, 29, 0, false), Phase::Ramping);
         assert!((machine.gain() - 0.5).abs() < 1e-9);
         assert_eq!(ticks(&mut machine, 51, 0, false), Phase::Engaged);
         assert_eq!(fault(&mut machine, 0, AfterFault::Reengage), Phase::Faulted);
