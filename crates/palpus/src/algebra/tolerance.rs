@@ -1684,9 +1684,10 @@ pub const TOOL_OFFSET: f64 = 0.1;
 /// In contact offsets: the shortest look-ahead distance of contacts.
 ///
 /// This distance covers the encoder steps and the slow motion of a tool at rest. A larger value
-/// examines more pairs that are not in contact; a smaller one limits the first steps of a tool that
-/// is pulled away.
-pub const REACH_LEAST: f64 = 2.0;
+/// finds more contacts that do not push: with 2, a step of a gear that is put on its base beside
+/// another takes 440 instead of 320 µs. A smaller one limits the first steps of a body that is
+/// pushed or pulled away.
+pub const REACH_LEAST: f64 = 0.5;
 
 /// In contact offsets: a tool in contact may always move this far in a step, even if its query did
 /// not examine all surfaces that may have come near.

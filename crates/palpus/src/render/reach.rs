@@ -1,7 +1,7 @@
 //! Limits the motion of a body in an implicit step.
 //!
-//! The query searches contacts only as far as the body may move in the next step: twice the
-//! motion of the last step, and at least two contact offsets. No step moves the body farther, so it
+//! The query searches contacts only as far as the body may move in the next step: twice the motion
+//! of the last step, and at least half a contact offset. No step moves the body farther, so it
 //! cannot pass through a surface that the query did not examine. The bound also limits the turn of
 //! the body: the query finds places whose normal faces the other body only after such a turn.
 //!
@@ -228,7 +228,7 @@ mod tests {
     /// Returns the bound for a body that has moved fast for some steps.
     fn moving() -> Reach {
         let mut reach = Reach::new(0.1, OFFSET, 0.1);
-        for _ in 0..4 {
+        for _ in 0..6 {
             step(&mut reach, true, f64::INFINITY, 1e-3);
         }
         reach
