@@ -1,10 +1,13 @@
 //! Chooses values that a scene file leaves out, from its meshes.
 //!
-//! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the play that
-//!    the parts have near the file's poses ([`crate::play`]). On bodies of one millimetre, 1 mm
+//! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the least play
+//!    that two bodies have in each other ([`crate::play`]). On bodies of one millimetre, 1 mm
 //!    would be the whole body. If the tolerance exceeded half of the play, direct rendering would
-//!    push from both sides at once. Smaller bodies among the other tools and the objects lower the
-//!    tolerance to a hundredth of the smallest, but at most to a fifth.
+//!    push from both sides at once, and a peg in its hole would have contacts all around. Bodies
+//!    may fit near the file's poses. A tool may also fit where the frames of both meshes coincide,
+//!    because CAD programs write the parts of an assembly in one frame. Smaller bodies among the
+//!    other tools and the objects lower the tolerance to a hundredth of the smallest, but at most
+//!    to a fifth.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
 //!    above the environment, without overlap in any orientation. The probe's distance from first
 //!    touch is at most the larger body's size and the distance that a hand moves in a second
@@ -20,10 +23,10 @@ use std::sync::Arc;
 use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::body::Body;
-use palpus_io::scene::SceneFile;
+use palpus_io::scene::{ObjectMotion, SceneFile};
 
 use crate::approach::Ways;
-use crate::play::half_play;
+use crate::play::{MOST_WORK, half_play};
 
 /// Plausible sizes of bodies that are felt by hand, m.
 const SMALL: f64 = 5e-3;
@@ -57,18 +60,18 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways, others: &[Arc<Body>]) 
         ));
     }
     if file.gaps.tolerance {
-        let pose_ba = file.environment.pose.inverse() * file.probe.pose;
         let default = file.render.contact_tolerance;
-        let (of_two, by_play) = tolerance(probe, environment, &pose_ba, default);
-        let chosen = of_two.min(by_objects(others).max(LEAST_BY_OBJECTS * of_two));
+        let of_two = of_sizes(probe, environment, default);
+        let of_all = of_two.min(by_objects(others).max(LEAST_BY_OBJECTS * of_two));
+        let chosen = lowered(of_all, least_half_play(file, [probe, environment], others, of_all));
         // The cluster radius shrinks by the same factor as the tolerance.
         file.render.cluster_radius *= chosen / default;
         file.render.contact_tolerance = chosen;
         if chosen < default {
-            let why = match (chosen < of_two, by_play) {
-                (true, _) if chosen > LEAST_BY_OBJECTS * of_two => "a hundredth of the smallest body",
-                (true, _) => "because of the smallest body",
-                (false, true) => "half of the play of the parts",
+            let why = match (chosen < of_all, of_all < of_two) {
+                (true, _) => "half of the play of the parts",
+                (false, true) if of_all > LEAST_BY_OBJECTS * of_two => "a hundredth of the smallest body",
+                (false, true) => "because of the smallest body",
                 (false, false) => "a hundredth of the smaller body",
             };
             notes.push(format!("contacts exist below {}, {why}; see [contact] tolerance", length(chosen)));
@@ -96,13 +99,57 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways, others: &[Arc<Body>]) 
     notes
 }
 
-/// Returns the tolerance (m) for two parts whose fit, if there is one, is at `pose_ba` (pose of `a`
-/// in the frame of `b`), and whether the play determined it. It is at most `default` (m).
-pub(crate) fn tolerance(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, default: f64) -> (f64, bool) {
-    let most = default.min(TOLERANCE_SHARE * a.size().min(b.size()));
-    let half = half_play(a, b, pose_ba, most).unwrap_or(f64::INFINITY);
-    let by_play = half < most;
-    (if by_play { half.max(LEAST_BY_PLAY * most) } else { most }, by_play)
+/// Returns the tolerance (m) for two parts that fit at `pose_ba` (pose of `a` in the frame of `b`).
+/// It is at most `default` (m).
+pub(crate) fn tolerance(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, default: f64) -> f64 {
+    let most = of_sizes(a, b, default);
+    lowered(most, half_play(a, b, pose_ba, most, &mut MOST_WORK.clone()))
+}
+
+/// Returns the tolerance (m) for two parts without play, at most `default` (m).
+fn of_sizes(a: &Body, b: &Body, default: f64) -> f64 {
+    default.min(TOLERANCE_SHARE * a.size().min(b.size()))
+}
+
+/// Returns the tolerance (m) for parts with half of the play `half` (m), at most `most` (m).
+fn lowered(most: f64, half: Option<f64>) -> f64 {
+    half.map_or(most, |half| half.max(LEAST_BY_PLAY * most).min(most))
+}
+
+/// Returns half of the least play (m) of two bodies of the scene of which one moves. `None` if no
+/// play is less than twice `within` (m).
+fn least_half_play(
+    file: &SceneFile,
+    [probe, environment]: [&Arc<Body>; 2],
+    others: &[Arc<Body>],
+    within: f64,
+) -> Option<f64> {
+    let (tools, objects) = others.split_at(file.others.len());
+    let tools = tools.iter().zip(&file.others).map(|(body, tool)| (body, tool.body.pose));
+    let tools: Vec<_> = std::iter::once((probe, file.probe.pose)).chain(tools).collect();
+    let fixed = (environment, file.environment.pose, false);
+    let objects = objects
+        .iter()
+        .zip(&file.objects)
+        .map(|(body, object)| (body, object.body.pose, object.motion != ObjectMotion::Fixed));
+    let objects: Vec<_> = std::iter::once(fixed).chain(objects).collect();
+    let mut left = MOST_WORK;
+    let mut half = |a, b, pose_ba: Pose| half_play(a, b, &pose_ba, within, &mut left);
+    let mut found = Vec::new();
+    for &(tool, pose) in &tools {
+        for &(object, place, _) in &objects {
+            found.push(half(tool, object, place.inverse() * pose));
+            found.push(half(tool, object, Pose::IDENTITY));
+        }
+    }
+    for (k, &(a, pose_a, moves_a)) in objects.iter().enumerate() {
+        for &(b, pose_b, moves_b) in &objects[..k] {
+            if moves_a || moves_b {
+                found.push(half(a, b, pose_b.inverse() * pose_a));
+            }
+        }
+    }
+    found.into_iter().flatten().reduce(f64::min)
 }
 
 /// Returns the tolerance (m) for the smallest of these bodies. Infinite without bodies.
@@ -170,9 +217,13 @@ pub(crate) fn clear_above([low, high]: [DVec3; 2], reach: f64) -> DVec3 {
 mod tests {
     use std::path::PathBuf;
 
-    use super::length;
+    use glam::DVec3;
+    use palpus::body::PolygonSoup;
     use palpus::detect::{ContactQuery, QuerySettings};
     use palpus_io::scene::FilePolicy;
+    use palpus_scenes::shape;
+
+    use super::length;
 
     use crate::stage;
 
@@ -247,6 +298,62 @@ mod tests {
             assert_eq!(note.map(|note| note.split(';').next()), why.map(Some), "{unit}");
         }
         let _ = std::fs::remove_dir_all(&folder);
+    }
+
+    #[test]
+    fn play_lowers_the_tolerance_wherever_two_bodies_fit() {
+        const CLEARANCE: f64 = 2e-4;
+        let folder = folder_with_cube("gaps-play");
+        let peg = shape::disc(shape::PEG_RADIUS, 0.02, 32);
+        let fit = DVec3::Z * -0.0125;
+        for (name, soup, by) in
+            [("peg", &peg, fit), ("aside", &peg, DVec3::X), ("hole", &shape::hole_block(CLEARANCE), DVec3::ZERO)]
+        {
+            let text = obj(soup, by);
+            std::fs::write(folder.join(name).with_extension("obj"), text).expect("the file can be written");
+        }
+        let part = |key: &str, mesh: &str, more: &str| format!("{key}\nmesh = \"{mesh}.obj\"\n{more}\n");
+        let cube = part("[probe]", "cube", "unit = \"mm\"\nposition = [0, 0, 0.5]");
+        let hole = part("[environment]", "hole", "");
+        for (what, scene, by_play) in [
+            (
+                "the frames of probe and environment coincide",
+                part("[probe]", "peg", "position = [0, 0, 0.5]") + &hole,
+                true,
+            ),
+            (
+                "the file places the probe in the hole",
+                part("[probe]", "aside", "position = [-1, 0, -0.0125]") + &hole,
+                true,
+            ),
+            ("the probe fits nowhere", part("[probe]", "aside", "position = [0, 0, 0.5]") + &hole, false),
+            ("an object is in the hole", cube.clone() + &hole + &part("[[object]]", "peg", "motion = \"free\""), true),
+            (
+                "an object that never moves is in the hole",
+                cube + &hole + &part("[[object]]", "peg", "motion = \"fixed\""),
+                false,
+            ),
+        ] {
+            let file = folder.join("scene.toml");
+            std::fs::write(&file, format!("unit = \"m\"\n{scene}")).expect("the file can be written");
+            let stage = stage::prepare(&file.display().to_string(), FilePolicy::Inside).expect("the scene can be read");
+            let tolerance = stage.settings.contact_tolerance;
+            assert_eq!((0.9..1.25).contains(&(2.0 * tolerance / CLEARANCE)), by_play, "{what}: {:?}", stage.notes);
+        }
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+
+    /// Returns the text of an OBJ file of `soup`, moved by `by`.
+    fn obj(soup: &PolygonSoup, by: DVec3) -> String {
+        let place = |at: &DVec3| {
+            let DVec3 { x, y, z } = *at + by;
+            format!("v {x} {y} {z}\n")
+        };
+        let corners = |ends: &[u32]| {
+            let corners = &soup.face_vertices[ends[0] as usize..ends[1] as usize];
+            corners.iter().fold("f".to_owned(), |face, corner| format!("{face} {}", corner + 1)) + "\n"
+        };
+        soup.vertices.iter().map(place).chain(soup.face_starts.windows(2).map(corners)).collect()
     }
 
     #[test]

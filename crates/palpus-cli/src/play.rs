@@ -16,8 +16,8 @@ use palpus::detect::{Contact, ContactQuery, QuerySettings};
 
 use crate::gaps::boxes_overlap;
 
-/// Work limit of the search, in units of [`Work`]; about a second.
-const MOST_WORK: u64 = 3_000_000;
+/// Work limit of all searches of a scene, in units of [`Work`]; about a second.
+pub(crate) const MOST_WORK: u64 = 3_000_000;
 /// Work limit of each of the first queries, and their number. Bodies that overlap by more than a
 /// little are found by them, without the whole search.
 const GLANCE_WORK: u64 = MOST_WORK / 100;
@@ -35,20 +35,19 @@ const LAST_STEP: f64 = 1e-4;
 ///
 /// `None` if the part can move until all separations are `within`; if the bodies overlap by more
 /// than `within`, so that they do not lie in each other with play; or if the search exceeds its
-/// work limit.
-pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64) -> Option<f64> {
+/// work limit, `left`. The work of the search is subtracted from `left`.
+pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64, left: &mut u64) -> Option<f64> {
     if !boxes_overlap(a, b, pose_ba, within) {
         return None;
     }
     let settings = QuerySettings { tolerance: within, capacity: 1 << 14, ..QuerySettings::default() };
     let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
-    if has_no_play(&mut query, pose_ba, within) {
+    if has_no_play(&mut query, pose_ba, within, left) {
         return None;
     }
     // The contacts of a query may depend on its history, so the search has a query of its own.
     let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
-    let work = Work::of(Some(MOST_WORK));
-    if query.run_within(pose_ba, &work.all(), &NoClock).traversal.postponed > 0 {
+    if !is_whole(&mut query, pose_ba, *left, left) {
         return None;
     }
     let contacts = query.found();
@@ -60,18 +59,26 @@ pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f6
 
 /// True if the first queries find a contact that is deeper than `within` (m), or that there is no
 /// contact.
-fn has_no_play(query: &mut ContactQuery, pose_ba: &Pose, within: f64) -> bool {
+fn has_no_play(query: &mut ContactQuery, pose_ba: &Pose, within: f64, left: &mut u64) -> bool {
     for _ in 0..GLANCES {
-        let work = Work::of(Some(GLANCE_WORK));
-        let postponed = query.run_within(pose_ba, &work.all(), &NoClock).traversal.postponed;
+        let whole = is_whole(query, pose_ba, GLANCE_WORK, left);
         if query.found().iter().any(|contact| contact.separation < -within) {
             return true;
         }
-        if postponed == 0 {
+        if whole {
             return query.found().is_empty();
         }
     }
     false
+}
+
+/// Runs a query with a work limit of `most` and `left` units. Returns true if it examined
+/// everything. Its work is subtracted from `left`.
+fn is_whole(query: &mut ContactQuery, pose_ba: &Pose, most: u64, left: &mut u64) -> bool {
+    let work = Work::of(Some(most.min(*left)));
+    let postponed = query.run_within(pose_ba, &work.all(), &NoClock).traversal.postponed;
+    *left = left.saturating_sub(work.spent());
+    postponed == 0
 }
 
 /// Returns the largest value of the smallest separation (m) for all translations up to `reach` (m).
@@ -108,6 +115,10 @@ mod tests {
         Arc::new(bodies::prepare_soup(name, soup, &settings).expect("the body can be prepared").body)
     }
 
+    fn half(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64) -> Option<f64> {
+        half_play(a, b, pose_ba, within, &mut MOST_WORK.clone())
+    }
+
     #[test]
     fn play_of_a_peg_is_its_clearance() {
         let clearance = 2e-4;
@@ -116,12 +127,12 @@ mod tests {
         // The result does not depend on where in the hole the peg is, even if it overlaps a little.
         for aside in [0.0, 0.4 * clearance, 0.6 * clearance] {
             let pose = Pose::new(DQuat::IDENTITY, DVec3::new(aside, 0.0, -0.0125));
-            let found = 2.0 * half_play(&peg, &hole, &pose, 3e-4).expect("the peg has play");
+            let found = 2.0 * half(&peg, &hole, &pose, 3e-4).expect("the peg has play");
             // The peg has flat sides, so its play across them is a little larger.
             assert!((0.95..1.25).contains(&(found / clearance)), "{found} at {aside}");
         }
         let above = Pose::from_translation(DVec3::Z * 0.1);
-        assert_eq!(half_play(&peg, &hole, &above, 3e-4), None);
+        assert_eq!(half(&peg, &hole, &above, 3e-4), None);
     }
 
     #[test]
@@ -132,14 +143,14 @@ mod tests {
         for _ in 0..50 {
             rest.z -= query.nearest(&Pose::from_translation(rest)).map_or(0.0, |near| near.separation);
         }
-        assert_eq!(half_play(&ball, &groove, &Pose::from_translation(rest), 3e-4), None);
+        assert_eq!(half(&ball, &groove, &Pose::from_translation(rest), 3e-4), None);
     }
 
     #[test]
     fn parts_that_only_overlap_have_no_play() {
         let cube = body("cube", &shape::cuboid(DVec3::splat(0.02)));
         for height in [0.0, 0.01, 0.0199] {
-            assert_eq!(half_play(&cube, &cube, &Pose::from_translation(DVec3::Z * height), 2e-4), None, "{height}");
+            assert_eq!(half(&cube, &cube, &Pose::from_translation(DVec3::Z * height), 2e-4), None, "{height}");
         }
     }
 }

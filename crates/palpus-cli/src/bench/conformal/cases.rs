@@ -146,7 +146,7 @@ impl Case {
         };
         let tolerance = match plan.tolerance {
             Tolerance::Given(tolerance) => tolerance,
-            Tolerance::Chosen => gaps::tolerance(&a, &b, &stretches[0][0], DEFAULT_TOLERANCE).0,
+            Tolerance::Chosen => gaps::tolerance(&a, &b, &stretches[0][0], DEFAULT_TOLERANCE),
         };
         Ok(Some(Self { name: plan.name, a, b, stretches, tolerance, coupled: plan.coupled, analytic }))
     }
