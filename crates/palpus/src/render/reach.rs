@@ -2,8 +2,9 @@
 //!
 //! The query searches contacts only as far as the body may move in the next step: twice the motion
 //! of the last step, and at least half a contact offset. No step moves the body farther, so it
-//! cannot pass through a surface that the query did not examine. The bound also limits the turn of
-//! the body: the query finds places whose normal faces the other body only after such a turn.
+//! cannot pass through a surface that the query did not examine. The motion of a body is that of
+//! the fastest corner of its box: a peg that spins in its hole moves little. The turn is limited in
+//! the same way: the query finds places whose normal faces the other body only after such a turn.
 //!
 //! If the work limit ends the query before it has examined everything, the body may move as far as
 //! it certainly touches nothing else. A plane between the hulls of two bodies allows any motion
@@ -13,12 +14,13 @@
 //! query, and then grows slowly. A body that was held moves on gradually, because the force of the
 //! coupling would otherwise vanish in one step.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::algebra::Twist;
 use crate::algebra::tolerance::{
     REACH_CREEP, REACH_CUT, REACH_FADE, REACH_GROWTH, REACH_LEAST, REACH_RECOVERY, TOOL_FASTEST,
 };
+use crate::body::Body;
 
 /// What a query knows of the parts of another body that it did not examine.
 #[derive(Clone, Copy, Debug)]
@@ -36,19 +38,48 @@ pub(super) struct PlaneClearance {
     pub(super) away: DVec3,
     /// Distance of the body to the plane, beyond the contact offset, m.
     pub(super) clear: f64,
-    /// Centre of the body's box relative to its centre of mass, in the world, m.
-    pub(super) center: DVec3,
-    /// Half edges of the box, in the world, m.
-    pub(super) half_edges: [DVec3; 3],
 }
 
-impl PlaneClearance {
-    /// Returns a bound on the motion of all points of the body towards the plane in `h` seconds
-    /// with `twist`, m. Negative if all points move away.
-    fn nearer(&self, twist: &Twist, h: f64) -> f64 {
-        let lever = twist.angular.cross(self.away);
-        let turned = lever.dot(self.center) + self.half_edges.iter().map(|edge| lever.dot(*edge).abs()).sum::<f64>();
-        (turned - self.away.dot(twist.linear)) * h
+/// A box around a body.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    /// Centre of the box relative to the body's centre of mass, m.
+    center: DVec3,
+    /// Half edges, m.
+    half_edges: [DVec3; 3],
+}
+
+impl Extent {
+    /// Returns the box of `body` in the body's frame.
+    fn of(body: &Body) -> Self {
+        let hierarchy = body.hierarchy();
+        let about = hierarchy.node(hierarchy.root()).oriented_box;
+        let half_edges = [0, 1, 2].map(|k| about.axes.col(k) * about.half[k]);
+        Self { center: about.center - body.mass().center_of_mass, half_edges }
+    }
+
+    /// Returns the box in a frame in which the body is turned by `rotation`.
+    fn turned(&self, rotation: DQuat) -> Self {
+        Self { center: rotation * self.center, half_edges: self.half_edges.map(|edge| rotation * edge) }
+    }
+
+    /// Returns the corners relative to the body's centre of mass, m.
+    fn corners(&self) -> impl Iterator<Item = DVec3> {
+        let [one, two, three] = self.half_edges;
+        let side = |k: usize, bit: usize, edge: DVec3| if k >> bit & 1 == 1 { edge } else { -edge };
+        let center = self.center;
+        (0..8).map(move |k| center + side(k, 0, one) + side(k, 1, two) + side(k, 2, three))
+    }
+
+    /// Returns a bound on the speed of all points of the body, m/s: a speed is largest at a corner.
+    fn speed(&self, twist: &Twist) -> f64 {
+        self.corners().map(|corner| twist.at(corner).length_squared()).fold(0.0, f64::max).sqrt()
+    }
+
+    /// Returns a bound on the velocity of all points of the body along `direction`, m/s. Negative
+    /// if all points move the other way.
+    fn speed_along(&self, direction: DVec3, twist: &Twist) -> f64 {
+        self.corners().map(|corner| twist.at(corner).dot(direction)).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
@@ -63,6 +94,10 @@ impl Clearance {
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reach {
+    /// The body's box in the body's frame.
+    extent: Extent,
+    /// The box in the world.
+    placed: Extent,
     /// Distance from the centre of mass to the farthest corner of the body's box, m.
     radius: f64,
     /// Separation below which contacts push, m.
@@ -71,6 +106,8 @@ pub(super) struct Reach {
     spare: f64,
     /// Bound on the motion of all points of the body in the next step, m.
     most: f64,
+    /// The turn in the next step that follows from the last turns, rad.
+    turning: f64,
     /// Bound on `most` that follows from earlier queries that the work limit ended, m. Infinite for
     /// a body that touches nothing.
     limit: f64,
@@ -103,16 +140,23 @@ impl Reach {
         self.radius
     }
 
-    /// Returns the bound for a body at rest whose points are within `radius` (m) of its centre of
-    /// mass. Contacts push below a separation of `contact_offset` (m). All bodies that may be
-    /// nearer than the bound plus `spare` (m) are near.
-    pub(super) fn new(radius: f64, contact_offset: f64, spare: f64) -> Self {
+    /// Returns the bound for `body` at rest. Contacts push below a separation of `contact_offset`
+    /// (m). All bodies that may be nearer than the bound plus `spare` (m) are near.
+    pub(super) fn new(body: &Body, contact_offset: f64, spare: f64) -> Self {
+        Self::within(Extent::of(body), contact_offset, spare)
+    }
+
+    fn within(extent: Extent, contact_offset: f64, spare: f64) -> Self {
+        let radius = extent.corners().map(DVec3::length).fold(0.0, f64::max);
         let most = REACH_LEAST * contact_offset;
         Self {
+            extent,
+            placed: extent,
             radius,
             contact_offset,
             spare,
             most,
+            turning: 0.0,
             limit: f64::INFINITY,
             clear: f64::INFINITY,
             apart: None,
@@ -130,11 +174,18 @@ impl Reach {
 
     /// Returns the bounds on the body's motion in the next step.
     pub(super) fn most(&self) -> MostMotion {
-        MostMotion { travel: self.most, turn: self.most / self.radius }
+        MostMotion { travel: self.most, turn: self.turn() }
     }
 
-    /// Starts a tick. Until [`Self::see`] is called, everything counts as examined.
-    pub(super) fn begin(&mut self) {
+    /// Returns to the bounds for a body at rest.
+    pub(super) fn reset(&mut self) {
+        *self = Self::within(self.extent, self.contact_offset, self.spare);
+    }
+
+    /// Starts a tick of a body that is turned by `rotation` (world). Until [`Self::see`] is called,
+    /// everything counts as examined.
+    pub(super) fn begin(&mut self, rotation: DQuat) {
+        self.placed = self.extent.turned(rotation);
         self.clear = f64::INFINITY;
         self.apart = None;
         self.others = 0;
@@ -162,9 +213,10 @@ impl Reach {
         let creep = if self.touches { REACH_CREEP * self.contact_offset } else { 0.0 };
         let travel = self.travel(twist, h);
         let within = |most: f64| part_of(travel, most);
-        let all = within(self.most.min(self.clear.max(creep)).min(self.released));
+        let turn = part_of(twist.angular.length() * h, self.turn());
+        let all = turn.min(within(self.most.min(self.clear.max(creep)).min(self.released)));
         let Some((clear, plane)) = self.apart else { return all };
-        let from_plane = part_of(plane.nearer(twist, h), plane.clear.max(0.0));
+        let from_plane = part_of(self.nearer(&plane, twist, h), plane.clear.max(0.0));
         match self.others {
             // There is nothing else near that the body could touch.
             1 => {
@@ -183,7 +235,7 @@ impl Reach {
         let gain = gain.filter(|_| is_held).unwrap_or(f64::INFINITY);
         self.released = self.travel(twist, h) + gain;
         let clear = match self.apart {
-            Some((clear, plane)) if plane.nearer(twist, h) > 0.0 => clear.min(self.clear),
+            Some((clear, plane)) if self.nearer(&plane, twist, h) > 0.0 => clear.min(self.clear),
             _ => self.clear,
         };
         self.limit = match self.touches {
@@ -191,13 +243,28 @@ impl Reach {
             true if clear < self.most => (REACH_CUT * self.most).max(clear),
             true => REACH_RECOVERY * self.limit,
         };
+        let least = REACH_LEAST * self.contact_offset;
         let needed = (REACH_GROWTH * self.travel(twist, h)).max(REACH_FADE * self.most);
-        self.most = needed.min(self.limit).min(TOOL_FASTEST * h).max(REACH_LEAST * self.contact_offset);
+        self.most = needed.min(self.limit).min(TOOL_FASTEST * h).max(least);
+        let turning = (REACH_GROWTH * twist.angular.length() * h).max(REACH_FADE * self.turning);
+        self.turning = turning.min(TOOL_FASTEST * h / self.radius);
+    }
+
+    /// Returns a bound on the turn in the next step, rad. All points may move by [`Self::most`], so
+    /// a body that hits something at its side may begin to turn as fast.
+    fn turn(&self) -> f64 {
+        self.turning.max(self.most / self.radius)
     }
 
     /// Returns a bound on the motion of all points of the body in `h` seconds with `twist`, m.
     pub(super) fn travel(&self, twist: &Twist, h: f64) -> f64 {
-        (twist.linear.length() + twist.angular.length() * self.radius) * h
+        self.placed.speed(twist) * h
+    }
+
+    /// Returns a bound on the motion of all points of the body towards `plane` in `h` seconds with
+    /// `twist`, m. Negative if all points move away.
+    fn nearer(&self, plane: &PlaneClearance, twist: &Twist, h: f64) -> f64 {
+        self.placed.speed_along(-plane.away, twist) * h
     }
 }
 
@@ -215,7 +282,7 @@ mod tests {
     /// Does a step of a body that tries to move by `travel` (m). Its query examined everything up
     /// to `clear` (m).
     fn step(reach: &mut Reach, touches: bool, clear: f64, travel: f64) {
-        reach.begin();
+        reach.begin(DQuat::IDENTITY);
         reach.see(&Clearance { all: clear, plane: None });
         if touches {
             reach.touch();
@@ -227,18 +294,21 @@ mod tests {
 
     /// Returns the bound for a body that has moved fast for some steps.
     fn moving() -> Reach {
-        let mut reach = Reach::new(0.1, OFFSET, 0.1);
+        let mut reach = Reach::within(cube(), OFFSET, 0.1);
         for _ in 0..6 {
             step(&mut reach, true, f64::INFINITY, 1e-3);
         }
         reach
     }
 
-    /// A plane that the body may approach by `clear` (m), below a box of 0.2 m.
+    /// A plane below the body, which the body may approach by `clear` (m).
     fn plane(clear: f64) -> Clearance {
-        let half_edges = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 0.1 * axis);
-        let plane = PlaneClearance { away: DVec3::Z, clear, center: DVec3::ZERO, half_edges };
-        Clearance { all: 0.0, plane: Some(plane) }
+        Clearance { all: 0.0, plane: Some(PlaneClearance { away: DVec3::Z, clear }) }
+    }
+
+    /// A box of 0.2 m.
+    fn cube() -> Extent {
+        Extent { center: DVec3::ZERO, half_edges: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 0.1 * axis) }
     }
 
     fn shift(linear: DVec3) -> Twist {
@@ -246,9 +316,27 @@ mod tests {
     }
 
     #[test]
+    fn motion_is_that_of_the_fastest_corner() {
+        // A pin of 2 × 2 × 40 mm that is turned by 90° about y, so that it lies along x.
+        let pin = Extent { center: DVec3::ZERO, half_edges: [DVec3::X * 1e-3, DVec3::Y * 1e-3, DVec3::Z * 2e-2] };
+        let mut reach = Reach::within(pin, OFFSET, 0.1);
+        reach.begin(DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2));
+        let [spin, swing] =
+            [DVec3::X, DVec3::Z].map(|axis| reach.travel(&Twist { angular: axis, linear: DVec3::ZERO }, 1.0));
+        assert!((spin - 2f64.sqrt() * 1e-3).abs() < 1e-12 && (swing - 20.025e-3).abs() < 1e-6, "{spin} {swing}");
+        // A spin looks less far ahead than a swing, and may go on.
+        let twist = Twist { angular: DVec3::X, linear: DVec3::ZERO };
+        reach.follow(&twist, 1.0, None);
+        assert!(reach.most().turn >= 2.0 && reach.most().travel < 3e-3, "{:?}", reach.most());
+        assert_eq!(reach.share(&twist, 1.0), 1.0);
+        reach.reset();
+        assert!(reach.most().travel <= REACH_LEAST * OFFSET && reach.share(&twist, 1.0) < 0.1, "{:?}", reach.most());
+    }
+
+    #[test]
     fn body_may_part_from_a_plane_and_slide_along_it() {
-        let mut reach = Reach::new(0.2, OFFSET, 0.2);
-        reach.begin();
+        let mut reach = Reach::within(cube(), OFFSET, 0.2);
+        reach.begin(DQuat::IDENTITY);
         reach.see(&plane(2e-3));
         let share = |reach: &Reach, twist| reach.share(&twist, 1.0);
         assert_eq!(share(&reach, shift(DVec3::new(0.1, 0.0, 0.05))), 1.0);
@@ -269,7 +357,7 @@ mod tests {
         let mut reach = moving();
         let mut moves = Vec::new();
         for k in 0..6 {
-            reach.begin();
+            reach.begin(DQuat::IDENTITY);
             reach.see(&Clearance { all: if k == 0 { 0.0 } else { f64::INFINITY }, plane: None });
             let twist = shift(DVec3::X * 1e-3);
             let share = reach.share(&twist, 1.0);

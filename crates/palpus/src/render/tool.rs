@@ -103,7 +103,7 @@ impl Tool {
             inertia_a: DMat3::ZERO,
             pose_ba: None,
             twist: Twist::default(),
-            reach: Reach::new(radius(probe), coupling.contact_offset, radius(probe)),
+            reach: Reach::new(probe, coupling.contact_offset, radius(probe)),
             anchor: Anchor::AT_GRIP,
             bond: CouplingTerms::default(),
         };
@@ -144,6 +144,7 @@ impl Tool {
     /// Drops the state: the next step starts at the device's pose.
     pub(super) fn clear(&mut self) {
         self.pose_ba = None;
+        self.reach.reset();
     }
 
     /// Begins a step of `h` s at the tool's pose. Returns the matrix and the right-hand side

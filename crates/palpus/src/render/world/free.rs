@@ -7,7 +7,6 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::super::reach::Reach;
-use super::super::tool::radius;
 use super::stillness::Stillness;
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
@@ -38,7 +37,7 @@ impl Free {
             inertia: properties.inertia * (mass / properties.volume),
             gyration: properties.inertia * properties.volume.recip(),
             momentum: Wrench::ZERO,
-            reach: Reach::new(radius(body), contact_offset, 0.0),
+            reach: Reach::new(body, contact_offset, 0.0),
             stillness: Stillness::NONE,
         }
     }

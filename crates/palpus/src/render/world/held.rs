@@ -80,7 +80,6 @@ impl Held {
     ) -> Option<(Pose, DVec3, Twist)> {
         let probe = probe.copied().unwrap_or(ProbeState::at(Pose::from_translation(DVec3::NAN)));
         self.tick.begin(index, &probe, dt);
-        self.tool.reach.begin();
         let unmoving = !(probe.twist.angular.is_finite() && probe.twist.linear.is_finite());
         self.tick.counters.bad_state = u32::from(unmoving || !probe.pose_ba.is_valid());
         if !probe.pose_ba.is_valid() {
@@ -94,6 +93,7 @@ impl Held {
             Some(_) => (self.tool.pose_ba(&self.tick.probe), Twist::default()),
             None => (self.tick.probe.pose_ba, self.tick.probe.twist),
         };
+        self.tool.reach.begin(pose.rotation);
         self.tick.tool_ba = pose;
         let center = pose.point(center_a);
         let at_center = Twist { angular: twist.angular, linear: twist.at(center - self.grip(&pose)) };

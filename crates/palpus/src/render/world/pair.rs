@@ -15,7 +15,7 @@ use super::super::surfaces::Surfaces;
 use super::super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
 use crate::algebra::tolerance::START_EASE;
 use crate::algebra::{Clock, Pose, Quota, SpatialMatrix, Twist, Wrench};
-use crate::body::{Body, FeaturePair, OrientedBox};
+use crate::body::{Body, FeaturePair};
 use crate::detect::{Contact, ContactQuery, Helper, QueryCounters, QuerySettings};
 use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 
@@ -176,16 +176,8 @@ impl Pair {
     pub(super) fn clearance(&self, of: usize, at: &[Place<'_>; 2]) -> Clearance {
         let offset = self.settings.contact_offset();
         let plane = self.query.separating_plane().map(|plane| {
-            let Place { body, pose, center, .. } = &at[of];
             let away = at[1].pose.vector(plane.normal);
-            let OrientedBox { center: middle, axes, half } =
-                body.hierarchy().node(body.hierarchy().root()).oriented_box;
-            PlaneClearance {
-                away: if of == 0 { away } else { -away },
-                clear: plane.gap - offset,
-                center: pose.point(middle) - *center,
-                half_edges: [0, 1, 2].map(|k| pose.vector(axes.col(k) * half[k])),
-            }
+            PlaneClearance { away: if of == 0 { away } else { -away }, clear: plane.gap - offset }
         });
         Clearance { all: self.query.unexamined_separation() - offset, plane }
     }

@@ -85,7 +85,7 @@ impl World {
                     thing.twist = Twist { angular: twist.angular, linear: twist.at(to_center) };
                 }
                 Role::Free(free) => {
-                    free.reach.begin();
+                    free.reach.begin(thing.pose.rotation);
                     thing.part.begin(h > 0.0 && !free.stillness.is_asleep);
                     thing.set_pose(thing.pose);
                 }
