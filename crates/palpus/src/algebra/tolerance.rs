@@ -1685,9 +1685,10 @@ pub const TOOL_OFFSET: f64 = 0.1;
 ///
 /// This distance covers the encoder steps and the slow motion of a tool at rest. A larger value
 /// finds more contacts that do not push: with 2, a step of a gear that is put on its base beside
-/// another takes 440 instead of 320 µs. A smaller one limits the first steps of a body that is
-/// pushed or pulled away.
-pub const REACH_LEAST: f64 = 0.5;
+/// another takes 475 instead of 420 µs. A smaller one limits the first steps of a body that is
+/// pushed or pulled away: with 0.5, a peg that begins to slide in its hole changes its force by
+/// half as much again from tick to tick (99th percentile).
+pub const REACH_LEAST: f64 = 1.2;
 
 /// In contact offsets: a tool in contact may always move this far in a step, even if its query did
 /// not examine all surfaces that may have come near.
