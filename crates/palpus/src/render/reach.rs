@@ -40,7 +40,7 @@ pub(super) struct PlaneClearance {
     pub(super) clear: f64,
 }
 
-/// A box around a body.
+/// A box around a body, in the body's frame.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
     /// Centre of the box relative to the body's centre of mass, m.
@@ -50,17 +50,12 @@ struct Extent {
 }
 
 impl Extent {
-    /// Returns the box of `body` in the body's frame.
+    /// Returns the box of `body`.
     fn of(body: &Body) -> Self {
         let hierarchy = body.hierarchy();
         let about = hierarchy.node(hierarchy.root()).oriented_box;
         let half_edges = [0, 1, 2].map(|k| about.axes.col(k) * about.half[k]);
         Self { center: about.center - body.mass().center_of_mass, half_edges }
-    }
-
-    /// Returns the box in a frame in which the body is turned by `rotation`.
-    fn turned(&self, rotation: DQuat) -> Self {
-        Self { center: rotation * self.center, half_edges: self.half_edges.map(|edge| rotation * edge) }
     }
 
     /// Returns the corners relative to the body's centre of mass, m.
@@ -94,10 +89,9 @@ impl Clearance {
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reach {
-    /// The body's box in the body's frame.
     extent: Extent,
-    /// The box in the world.
-    placed: Extent,
+    /// Rotation of the body in this step, in the world.
+    rotation: DQuat,
     /// Distance from the centre of mass to the farthest corner of the body's box, m.
     radius: f64,
     /// Separation below which contacts push, m.
@@ -151,7 +145,7 @@ impl Reach {
         let most = REACH_LEAST * contact_offset;
         Self {
             extent,
-            placed: extent,
+            rotation: DQuat::IDENTITY,
             radius,
             contact_offset,
             spare,
@@ -185,7 +179,7 @@ impl Reach {
     /// Starts a tick of a body that is turned by `rotation` (world). Until [`Self::see`] is called,
     /// everything counts as examined.
     pub(super) fn begin(&mut self, rotation: DQuat) {
-        self.placed = self.extent.turned(rotation);
+        self.rotation = rotation;
         self.clear = f64::INFINITY;
         self.apart = None;
         self.others = 0;
@@ -258,13 +252,20 @@ impl Reach {
 
     /// Returns a bound on the motion of all points of the body in `h` seconds with `twist`, m.
     pub(super) fn travel(&self, twist: &Twist, h: f64) -> f64 {
-        self.placed.speed(twist) * h
+        self.extent.speed(&self.along_body(twist)) * h
     }
 
     /// Returns a bound on the motion of all points of the body towards `plane` in `h` seconds with
     /// `twist`, m. Negative if all points move away.
     fn nearer(&self, plane: &PlaneClearance, twist: &Twist, h: f64) -> f64 {
-        self.placed.speed_along(-plane.away, twist) * h
+        let towards = self.rotation.inverse() * -plane.away;
+        self.extent.speed_along(towards, &self.along_body(twist)) * h
+    }
+
+    /// Returns a twist in the world along the axes of the body.
+    fn along_body(&self, twist: &Twist) -> Twist {
+        let inverse = self.rotation.inverse();
+        Twist { angular: inverse * twist.angular, linear: inverse * twist.linear }
     }
 }
 
