@@ -1,7 +1,7 @@
 //! Chooses values that a scene file leaves out, from its meshes.
 //!
-//! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the least play
-//!    that two bodies have in each other ([`crate::play`]). On bodies of one millimetre, 1 mm
+//! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the least
+//!    play that two bodies have in each other ([`crate::play`]). On bodies of one millimetre, 1 mm
 //!    would be the whole body. If the tolerance exceeded half of the play, direct rendering would
 //!    push from both sides at once, and a peg in its hole would have contacts all around. Bodies
 //!    may fit near the file's poses. A tool may also fit where the frames of both meshes coincide,
@@ -102,8 +102,8 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways, others: &[Arc<Body>]) 
 /// Returns the tolerance (m) for two parts that fit at `pose_ba` (pose of `a` in the frame of `b`).
 /// It is at most `default` (m).
 pub(crate) fn tolerance(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, default: f64) -> f64 {
-    let most = of_sizes(a, b, default);
-    lowered(most, half_play(a, b, pose_ba, most, &mut MOST_WORK.clone()))
+    let (most, mut left) = (of_sizes(a, b, default), MOST_WORK);
+    lowered(most, half_play(a, b, pose_ba, most, &mut left))
 }
 
 /// Returns the tolerance (m) for two parts without play, at most `default` (m).
@@ -138,8 +138,11 @@ fn least_half_play(
     let mut found = Vec::new();
     for &(tool, pose) in &tools {
         for &(object, place, _) in &objects {
-            found.push(half(tool, object, place.inverse() * pose));
-            found.push(half(tool, object, Pose::IDENTITY));
+            let pose_in_file = place.inverse() * pose;
+            found.push(half(tool, object, pose_in_file));
+            if pose_in_file != Pose::IDENTITY {
+                found.push(half(tool, object, Pose::IDENTITY));
+            }
         }
     }
     for (k, &(a, pose_a, moves_a)) in objects.iter().enumerate() {

@@ -116,7 +116,8 @@ mod tests {
     }
 
     fn half(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64) -> Option<f64> {
-        half_play(a, b, pose_ba, within, &mut MOST_WORK.clone())
+        let mut left = MOST_WORK;
+        half_play(a, b, pose_ba, within, &mut left)
     }
 
     #[test]

@@ -46,10 +46,10 @@ pub(crate) fn cuts_in_words(cuts: &serde_json::Map<String, serde_json::Value>) -
     if cuts.is_empty() {
         return "no interventions".to_owned();
     }
-    // Every run begins with the start-up ramp, so the text marks it as normal.
+    // Every run begins with a ramp, so the text says what the start-up does instead of its name.
     let start_up = Cut::StartUp.name();
     let each = cuts.iter().map(|(name, ticks)| match name.as_str() {
-        name if name == start_up => format!("start-up ramp: {ticks} ticks (normal)"),
+        name if name == start_up => format!("start-up: no or reduced force in {ticks} ticks"),
         name => format!("{}: {ticks} ticks", name.replace('_', " ")),
     });
     each.collect::<Vec<_>>().join(", ")

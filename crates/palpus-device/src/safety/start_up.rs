@@ -31,8 +31,8 @@ use super::latch::Latch;
 /// The first part of the ramp, in which a large wrench ends the ramp. At most this fraction of the
 /// wrench has been given then.
 ///
-/// The ramp takes 250 ms, so this part takes 50 ms. A tool leaves a part within about
-/// 10 ms. With a larger value, a hand that reaches a part soon after the start feels nothing.
+/// The ramp takes 250 ms, so this part takes 50 ms. A tool leaves a part within about 10 ms. With a
+/// larger value, a hand that reaches a part soon after the start feels nothing.
 const EARLY: f64 = 0.2;
 
 /// How the user enables forces.

@@ -1,7 +1,7 @@
 //! Limits the motion of a body in an implicit step.
 //!
 //! The query searches contacts only as far as the body may move in the next step: twice the motion
-//! of the last step, and at least 1.2 contact offsets. No step moves the body farther, so it
+//! of the last step, and at least two contact offsets. No step moves the body farther, so it
 //! cannot pass through a surface that the query did not examine. The motion of a body is that of
 //! the fastest corner of its box: a peg that spins in its hole moves little. The turn is limited in
 //! the same way: the query finds places whose normal faces the other body only after such a turn.

@@ -23,7 +23,7 @@
 //!    and the friction do not change. A round may throw the tool into the opposite wall of a close
 //!    fit. Then the next round begins between the two (`world/line_search.rs`).
 //! 5. *Solve* the 6 × 6 system and move the tool. No point of the tool moves farther than the
-//!    distance within which the query finds contacts: at least 1.2 contact offsets, and twice the
+//!    distance within which the query finds contacts: at least two contact offsets, and twice the
 //!    motion of the last step. So the tool cannot pass through anything at any speed. If the
 //!    query's work is limited and nothing is near, the tool stops one contact offset before
 //!    unexamined surfaces. In contact it moves on slowly, because a stop there would give a force
