@@ -221,9 +221,9 @@ mod tests {
     use std::path::PathBuf;
 
     use glam::DVec3;
-    use palpus::body::PolygonSoup;
     use palpus::detect::{ContactQuery, QuerySettings};
     use palpus_io::scene::FilePolicy;
+    use palpus_io::write_obj_groups;
     use palpus_scenes::shape;
 
     use super::length;
@@ -312,8 +312,11 @@ mod tests {
         for (name, soup, by) in
             [("peg", &peg, fit), ("aside", &peg, DVec3::X), ("hole", &shape::hole_block(CLEARANCE), DVec3::ZERO)]
         {
-            let text = obj(soup, by);
-            std::fs::write(folder.join(name).with_extension("obj"), text).expect("the file can be written");
+            let mut moved = soup.clone();
+            moved.vertices.iter_mut().for_each(|vertex| *vertex += by);
+            let file = std::fs::File::create(folder.join(name).with_extension("obj"));
+            write_obj_groups(&mut file.expect("the file can be created"), [(name, moved)])
+                .expect("the file can be written");
         }
         let part = |key: &str, mesh: &str, more: &str| format!("{key}\nmesh = \"{mesh}.obj\"\n{more}\n");
         let cube = part("[probe]", "cube", "unit = \"mm\"\nposition = [0, 0, 0.5]");
@@ -344,19 +347,6 @@ mod tests {
             assert_eq!((0.9..1.25).contains(&(2.0 * tolerance / CLEARANCE)), by_play, "{what}: {:?}", stage.notes);
         }
         let _ = std::fs::remove_dir_all(&folder);
-    }
-
-    /// Returns the text of an OBJ file of `soup`, moved by `by`.
-    fn obj(soup: &PolygonSoup, by: DVec3) -> String {
-        let place = |at: &DVec3| {
-            let DVec3 { x, y, z } = *at + by;
-            format!("v {x} {y} {z}\n")
-        };
-        let corners = |ends: &[u32]| {
-            let corners = &soup.face_vertices[ends[0] as usize..ends[1] as usize];
-            corners.iter().fold("f".to_owned(), |face, corner| format!("{face} {}", corner + 1)) + "\n"
-        };
-        soup.vertices.iter().map(place).chain(soup.face_starts.windows(2).map(corners)).collect()
     }
 
     #[test]

@@ -37,7 +37,7 @@ const LAST_STEP: f64 = 1e-4;
 /// than `within`, so that they do not lie in each other with play; or if the search exceeds its
 /// work limit, `left`. The work of the search is subtracted from `left`.
 pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64, left: &mut u64) -> Option<f64> {
-    if !boxes_overlap(a, b, pose_ba, within) {
+    if *left == 0 || !boxes_overlap(a, b, pose_ba, within) {
         return None;
     }
     let settings = QuerySettings { tolerance: within, capacity: 1 << 14, ..QuerySettings::default() };

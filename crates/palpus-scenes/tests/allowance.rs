@@ -189,7 +189,7 @@ fn tool_that_is_lifted_off_a_face_is_not_held() {
     let settings = Settings { patch_angle: Some(5f64.to_radians()), ..coupled(0.01 * b.size()) };
     // The hand lowers a gear onto another at 60 mm/s, presses it with 1.2 N, and lifts it off.
     let height = |k: u32| 0.0248 - 6e-5 * f64::from(k.min(100)) + 6e-5 * f64::from(k.saturating_sub(400));
-    // A loop at 1 kHz has time for about 1000 units. The landing takes 79 steps or more.
+    // A loop at 1 kHz has time for about 1000 units. The landing lasts for some hundred steps.
     for work in [650, 1000, 2000] {
         let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
         renderer.allow(WorkLimit::Units(work));
@@ -212,7 +212,7 @@ fn tool_that_is_lifted_off_a_face_is_not_held() {
         // Measured: 0.2 N at most. It was 3.4 N when each part of the query had a fixed share of
         // the work, and when unexamined surfaces stopped a motion in any direction.
         assert!(largest < 0.3, "{work}: {largest} N in a step");
-        assert!(late > 50 && unused < 25, "{work}: {late} late, {unused} of them with work left");
+        assert!(late > 200 && unused < 25, "{work}: {late} late, {unused} of them with work left");
         // Measured: 0.4 mm. It was 35 mm when a rejected depth was replaced by a contact without a
         // bound, because the query before had not seen all pairs.
         assert!(deepest < 1e-3, "{work}: {deepest} m deep");

@@ -137,10 +137,10 @@ impl Reach {
     /// Returns the bound for `body` at rest. Contacts push below a separation of `contact_offset`
     /// (m). All bodies that may be nearer than the bound plus `spare` (m) are near.
     pub(super) fn new(body: &Body, contact_offset: f64, spare: f64) -> Self {
-        Self::within(Extent::of(body), contact_offset, spare)
+        Self::around(Extent::of(body), contact_offset, spare)
     }
 
-    fn within(extent: Extent, contact_offset: f64, spare: f64) -> Self {
+    fn around(extent: Extent, contact_offset: f64, spare: f64) -> Self {
         let radius = extent.corners().map(DVec3::length).fold(0.0, f64::max);
         let most = REACH_LEAST * contact_offset;
         Self {
@@ -173,7 +173,7 @@ impl Reach {
 
     /// Returns to the bounds for a body at rest.
     pub(super) fn reset(&mut self) {
-        *self = Self::within(self.extent, self.contact_offset, self.spare);
+        *self = Self::around(self.extent, self.contact_offset, self.spare);
     }
 
     /// Starts a tick of a body that is turned by `rotation` (world). Until [`Self::see`] is called,
@@ -295,8 +295,8 @@ mod tests {
 
     /// Returns the bound for a body that has moved fast for some steps.
     fn moving() -> Reach {
-        let mut reach = Reach::within(cube(), OFFSET, 0.1);
-        for _ in 0..6 {
+        let mut reach = Reach::around(cube(), OFFSET, 0.1);
+        for _ in 0..4 {
             step(&mut reach, true, f64::INFINITY, 1e-3);
         }
         reach
@@ -320,7 +320,7 @@ mod tests {
     fn motion_is_that_of_the_fastest_corner() {
         // A pin of 2 × 2 × 40 mm that is turned by 90° about y, so that it lies along x.
         let pin = Extent { center: DVec3::ZERO, half_edges: [DVec3::X * 1e-3, DVec3::Y * 1e-3, DVec3::Z * 2e-2] };
-        let mut reach = Reach::within(pin, OFFSET, 0.1);
+        let mut reach = Reach::around(pin, OFFSET, 0.1);
         reach.begin(DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2));
         let [spin, swing] =
             [DVec3::X, DVec3::Z].map(|axis| reach.travel(&Twist { angular: axis, linear: DVec3::ZERO }, 1.0));
@@ -336,7 +336,7 @@ mod tests {
 
     #[test]
     fn body_may_part_from_a_plane_and_slide_along_it() {
-        let mut reach = Reach::within(cube(), OFFSET, 0.2);
+        let mut reach = Reach::around(cube(), OFFSET, 0.2);
         reach.begin(DQuat::IDENTITY);
         reach.see(&plane(2e-3));
         let share = |reach: &Reach, twist| reach.share(&twist, 1.0);

@@ -172,11 +172,11 @@ impl Pair {
     }
 
     /// Returns what is known of the parts that the query did not examine, for a motion of body `of`
-    /// (0 or 1). `at` places both bodies.
-    pub(super) fn clearance(&self, of: usize, at: &[Place<'_>; 2]) -> Clearance {
+    /// (0 or 1). `pose_b` is the pose of b.
+    pub(super) fn clearance(&self, of: usize, pose_b: &Pose) -> Clearance {
         let offset = self.settings.contact_offset();
         let plane = self.query.separating_plane().map(|plane| {
-            let away = at[1].pose.vector(plane.normal);
+            let away = pose_b.vector(plane.normal);
             PlaneClearance { away: if of == 0 { away } else { -away }, clear: plane.gap - offset }
         });
         Clearance { all: self.query.unexamined_separation() - offset, plane }

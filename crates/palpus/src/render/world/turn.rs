@@ -238,10 +238,7 @@ impl World {
         // If both bodies move, each may move half of the distance.
         let both = [a, b].iter().all(|&i| things[i].rank() < 2);
         let part = if both { 0.5 } else { 1.0 };
-        let clear = {
-            let places = [things[a].place(), things[b].place()];
-            [0, 1].map(|of| pair.clearance(of, &places).times(part))
-        };
+        let clear = [0, 1].map(|of| pair.clearance(of, &things[b].pose).times(part));
         for (i, clear) in [a, b].into_iter().zip(clear) {
             match &mut things[i].role {
                 Role::Tool(k) => {
