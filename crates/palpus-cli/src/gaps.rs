@@ -64,8 +64,10 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways, others: &[Arc<Body>]) 
         let of_two = of_sizes(probe, environment, default);
         let of_all = of_two.min(by_objects(others).max(LEAST_BY_OBJECTS * of_two));
         let chosen = lowered(of_all, least_half_play(file, [probe, environment], others, of_all));
-        // The cluster radius shrinks by the same factor as the tolerance.
-        file.render.cluster_radius *= chosen / default;
+        if file.gaps.cluster_radius {
+            // The radius shrinks by the same factor as the tolerance.
+            file.render.cluster_radius *= chosen / default;
+        }
         file.render.contact_tolerance = chosen;
         if chosen < default {
             let why = match (chosen < of_all, of_all < of_two) {
@@ -299,6 +301,21 @@ mod tests {
             assert!((stage.settings.contact_tolerance / tolerance - 1.0).abs() < 1e-6, "{unit}: {:?}", stage.settings);
             let note = stage.notes.iter().find(|note| note.starts_with("contacts exist"));
             assert_eq!(note.map(|note| note.split(';').next()), why.map(Some), "{unit}");
+        }
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+
+    #[test]
+    fn cluster_radius_follows_the_tolerance_unless_the_file_states_it() {
+        let folder = folder_with_cube("gaps-radius");
+        let scene = folder.join("scene.toml");
+        let body = "mesh = \"cube.obj\"\nunit = \"mm\"\n";
+        for (contact, radius) in [("", 0.8e-3 * 3f64.sqrt()), ("[contact]\ncluster_radius = 3\n", 3e-3)] {
+            let text = format!("unit = \"mm\"\n{contact}[probe]\n{body}[environment]\n{body}position = [0, 0, -50]\n");
+            std::fs::write(&scene, text).expect("the file can be written");
+            let stage =
+                stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("the scene can be read");
+            assert!((stage.settings.cluster_radius / radius - 1.0).abs() < 1e-6, "{contact}: {:?}", stage.settings);
         }
         let _ = std::fs::remove_dir_all(&folder);
     }

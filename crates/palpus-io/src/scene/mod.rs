@@ -192,6 +192,8 @@ impl ObjectMotion {
 pub struct SceneGaps {
     /// True if the contact tolerance is missing.
     pub tolerance: bool,
+    /// True if the cluster radius is missing.
+    pub cluster_radius: bool,
     /// True if neither body has a position or an orientation.
     pub places: bool,
     /// True if the grip of the probe is missing.

@@ -114,6 +114,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let places = ["position", "orientation"];
     let gaps = SceneGaps {
         tolerance: !top.says("contact", &["tolerance"]),
+        cluster_radius: !top.says("contact", &["cluster_radius"]),
         places: !sections[0].0.has(&places) && !environment_section.has(&places),
         grip: grip.is_none(),
     };
