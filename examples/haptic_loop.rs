@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use palpus::glam::DVec3;
-use palpus::{Body, BodyError, Limits, Object, Pose, ProbeState, Settings, WallClock, World};
+use palpus::{Body, BodyError, Limits, Object, Pose, ProbeState, Settings, WallClock, World, contact_tolerance};
 use palpus_device::{
     HapticDevice, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, Timing,
 };
@@ -22,12 +22,14 @@ fn run(timing: Timing) -> Result<(), Box<dyn Error>> {
     let intent = |time: f64| Pose::from_translation(DVec3::Z * (0.05 - 0.04 * time.min(1.0)));
     let mut device = SimulatedDevice::new(SimulationSettings::default(), intent)?;
 
-    // The largest stiffness that this device can render, with a contact tolerance of 0.2 mm.
+    let (plate, peg) = (block(DVec3::new(0.1, 0.1, 0.02))?, block(DVec3::new(0.01, 0.01, 0.04))?);
+    // The largest stiffness that this device can render, with a contact tolerance for these bodies.
     let limits = Limits { force: device.spec().force_max, torque: device.spec().torque_max };
-    let settings = Settings::coupled(limits, 1e-3, 2e-4);
+    let tolerance = contact_tolerance(&peg, &plate, &Pose::from_translation(DVec3::Z * 0.03));
+    let settings = Settings::coupled(limits, 1e-3, tolerance);
     let mut world = World::new(settings)?;
-    world.add(Object::fixed(block(DVec3::new(0.1, 0.1, 0.02))?, Pose::IDENTITY))?;
-    let tool = world.add_tool(block(DVec3::new(0.01, 0.01, 0.04))?, settings)?;
+    world.add(Object::fixed(plate, Pose::IDENTITY))?;
+    let tool = world.add_tool(peg, settings)?;
 
     // With a clock, the step limits its work so that it takes at most 0.6 of the period.
     let clock = WallClock::new();

@@ -389,8 +389,8 @@ typedef struct {
  */
 typedef struct {
     /**
-     * Contacts are found up to this separation, m. A hundredth of the smaller body's size is a
-     * good value.
+     * Contacts are found up to this separation, m. palpus_contact_tolerance returns a value that
+     * suits two bodies.
      */
     double contact_tolerance;
     /**
@@ -759,14 +759,26 @@ palpus_result palpus_settings_default(palpus_settings *settings);
 /**
  * Fills in a tool that is coupled to a device, as stiff as the device can render stably. `force`
  * (N) and `torque` (N m) are the device's limits, `period` (s) is the period of the haptic loop,
- * and contacts are found within `tolerance` (m). There is no friction; to add it, set has_friction
- * and the coefficients.
+ * and contacts are found within `tolerance` (m), see palpus_contact_tolerance. There is no
+ * friction; to add it, set has_friction and the coefficients.
  */
 palpus_result palpus_settings_coupled(double force,
                                       double torque,
                                       double period,
                                       double tolerance,
                                       palpus_settings *settings);
+
+/**
+ * Returns a contact tolerance (m) that suits two bodies: the smallest of 1 mm, a hundredth of the
+ * smaller body's size, and half of the play of parts that fit into each other. `pose_ba` is the
+ * pose of a in b's frame. Parts with play must fit into each other there; the search for their play
+ * takes up to a second. If more than two bodies can touch each other, take the smallest value of
+ * all pairs.
+ */
+palpus_result palpus_contact_tolerance(palpus_body a,
+                                       palpus_body b,
+                                       const palpus_pose *pose_ba,
+                                       double *tolerance);
 
 /**
  * Creates an empty world without gravity. `settings` applies to contacts between objects and may

@@ -122,6 +122,13 @@ class Body : public detail::Owner<palpus_body, palpus_body_destroy> {
     Body() = default;
 };
 
+/* Returns a contact tolerance (m) that suits two bodies; see palpus_contact_tolerance. */
+inline double contact_tolerance(const Body &a, const Body &b, const Pose &pose_ba) {
+    double tolerance = 0;
+    check(palpus_contact_tolerance(a.handle(), b.handle(), &pose_ba, &tolerance));
+    return tolerance;
+}
+
 /* Finds the contacts of a with b, for poses of a in b's frame. */
 class ContactQuery : public detail::Owner<palpus_query, palpus_query_destroy> {
   public:

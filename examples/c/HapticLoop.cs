@@ -20,23 +20,27 @@ static class HapticLoop
 
     static int Main()
     {
-        var settings = Palpus.Settings.Coupled(8.5, 0.19, 1e-3, 2e-4);
         var probes = new Palpus.Probe[1];
         var wrenches = new Palpus.Wrench[1];
         using (var plate = Block(0.1, 0.1, 0.02))
         using (var finger = Block(0.01, 0.01, 0.04))
-        using (var world = new Palpus.World(settings))
         {
-            world.AddFixed(plate, Palpus.Pose.At(0, 0, 0));
-            world.AddTool(finger, settings);
-            for (int tick = 0; tick < 1000; tick++)
+            // The finger is on the plate at this pose.
+            double tolerance = finger.ContactTolerance(plate, Palpus.Pose.At(0, 0, 0.03));
+            var settings = Palpus.Settings.Coupled(8.5, 0.19, 1e-3, tolerance);
+            using (var world = new Palpus.World(settings))
             {
-                // Read the state of your device here. The tool touches the plate at 0.03 m.
-                probes[0].Pose = Palpus.Pose.At(0, 0, 0.04 - 0.000012 * tick);
-                world.Step(probes, wrenches, 1e-3);
-                // Send the wrench to your device here.
-                if (tick % 100 == 99)
-                    Console.WriteLine(string.Format(CultureInfo.InvariantCulture, "{0,3} ms: {1:F6} N", tick + 1, wrenches[0].Force.Z));
+                world.AddFixed(plate, Palpus.Pose.At(0, 0, 0));
+                world.AddTool(finger, settings);
+                for (int tick = 0; tick < 1000; tick++)
+                {
+                    // Read the state of your device here. The tool touches the plate at 0.03 m.
+                    probes[0].Pose = Palpus.Pose.At(0, 0, 0.04 - 0.000012 * tick);
+                    world.Step(probes, wrenches, 1e-3);
+                    // Send the wrench to your device here.
+                    if (tick % 100 == 99)
+                        Console.WriteLine(string.Format(CultureInfo.InvariantCulture, "{0,3} ms: {1:F6} N", tick + 1, wrenches[0].Force.Z));
+                }
             }
         }
         try { new Palpus.Body("not-there.obj", 1); }

@@ -51,7 +51,7 @@ namespace Palpus
 
         /// Settings of a tool with the largest stiffness that a device with these limits (N, N m)
         /// can render.
-        /// period: of the loop, s. tolerance: contact tolerance, m.
+        /// period: of the loop, s. tolerance: contact tolerance, m; see Body.ContactTolerance.
         public static Settings Coupled(double force, double torque, double period, double tolerance)
         {
             Settings settings;
@@ -86,6 +86,15 @@ namespace Palpus
         {
             PalpusException.Check(Native.palpus_body_from_triangles(vertices, (UIntPtr)(vertices.Length / 3), triangles,
                 (UIntPtr)(triangles.Length / 3), IntPtr.Zero, out Handle));
+        }
+
+        /// Returns a contact tolerance (m) that suits this body and b. poseBa: pose of this body in b's
+        /// frame. Parts with play must fit into each other there.
+        public double ContactTolerance(Body b, Pose poseBa)
+        {
+            double tolerance;
+            PalpusException.Check(Native.palpus_contact_tolerance(Handle, b.Handle, ref poseBa, out tolerance));
+            return tolerance;
         }
 
         /// Reads a mesh file. scale: m per unit of the model.
@@ -159,6 +168,8 @@ namespace Palpus
         [DllImport(Library, CallingConvention = C)] internal static extern IntPtr palpus_last_error();
         [DllImport(Library, CallingConvention = C)]
         internal static extern int palpus_settings_coupled(double force, double torque, double period, double tolerance, out Settings settings);
+        [DllImport(Library, CallingConvention = C)]
+        internal static extern int palpus_contact_tolerance(BodyHandle a, BodyHandle b, ref Pose poseBa, out double tolerance);
         [DllImport(Library, CallingConvention = C)]
         internal static extern int palpus_body_from_triangles(double[] vertices, UIntPtr vertexCount, uint[] triangles, UIntPtr triangleCount, IntPtr settings, out BodyHandle body);
         [DllImport(Library, CallingConvention = C)]

@@ -30,7 +30,8 @@ static palpus_body block(double x, double y, double z) {
 
 int main(void) {
     const double period = 1e-3;
-    const palpus_pose origin = {{0, 0, 0}, {0, 0, 0, 1}};
+    const palpus_pose origin = {{0, 0, 0}, {0, 0, 0, 1}}, on_plate = {{0, 0, 0.03}, {0, 0, 0, 1}};
+    double tolerance;
     palpus_settings settings;
     palpus_world world;
     palpus_object plate;
@@ -39,10 +40,12 @@ int main(void) {
     palpus_wrench wrench = {{0, 0, 0}, {0, 0, 0}};
 
     check(palpus_check_abi(PALPUS_ABI_VERSION));
-    /* A device of 8.5 N and 0.19 N m; the contact tolerance is 0.2 mm. */
-    check(palpus_settings_coupled(8.5, 0.19, period, 2e-4, &settings));
-    check(palpus_world_create(&settings, &world));
     palpus_body big = block(0.1, 0.1, 0.02), small = block(0.01, 0.01, 0.04);
+    /* The small body is on the big one at this pose. */
+    check(palpus_contact_tolerance(small, big, &on_plate, &tolerance));
+    /* A device of 8.5 N and 0.19 N m. */
+    check(palpus_settings_coupled(8.5, 0.19, period, tolerance, &settings));
+    check(palpus_world_create(&settings, &world));
     check(palpus_world_add_fixed(world, big, &origin, &plate));
     check(palpus_world_add_tool(world, small, &settings, &tool));
 

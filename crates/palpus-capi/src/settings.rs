@@ -1,11 +1,15 @@
 //! Settings of tools and of contacts between objects.
 
 use palpus::render::{Clustering, Material, Saturation};
-use palpus::{FrictionSettings, Limits, Settings, ShadingSettings, VirtualCoupling};
+use palpus::{FrictionSettings, Limits, Settings, ShadingSettings, VirtualCoupling, contact_tolerance};
 
-use crate::body::flag;
-use crate::pointer::Out;
+use crate::body::{body_of, flag, palpus_body};
+use crate::pointer::{In, Out};
 use crate::result::{Fault, entry, palpus_result};
+use crate::value::palpus_pose;
+
+/// Least time budget other than 0, s.
+const LEAST_BUDGET: f64 = 1e-6;
 
 /// Limits of the force and torque that are sent to a device. Infinite means no limit.
 #[repr(C)]
@@ -75,8 +79,8 @@ pub struct palpus_material {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_settings {
-    /// Contacts are found up to this separation, m. A hundredth of the smaller body's size is a
-    /// good value.
+    /// Contacts are found up to this separation, m. palpus_contact_tolerance returns a value that
+    /// suits two bodies.
     pub contact_tolerance: f64,
     /// If smooth_clusters is 0, contacts closer together than this form one cluster, m.
     pub cluster_radius: f64,
@@ -156,9 +160,18 @@ impl palpus_settings {
             },
             grip_a: self.grip.into(),
             capacity: usize::try_from(self.capacity).unwrap_or(usize::MAX),
-            time_budget: (self.time_budget != 0.0).then_some((self.time_budget * 1e9).round() as u64),
+            time_budget: self.time_budget()?,
             material: flag("has_material", self.has_material)?.then_some(Material { frequency, decay, gain }),
         })
+    }
+
+    /// Returns the time budget in ns. The engine's text for a wrong value would name ns, too.
+    fn time_budget(&self) -> Result<Option<u64>, Fault> {
+        match self.time_budget {
+            0.0 => Ok(None),
+            seconds if seconds >= LEAST_BUDGET => Ok(Some((seconds * 1e9).round() as u64)),
+            other => Err(Fault::value(format!("time_budget is {other}, but must be 0 or at least {LEAST_BUDGET} s"))),
+        }
     }
 }
 
@@ -224,8 +237,8 @@ pub unsafe extern "C" fn palpus_settings_default(settings: *mut palpus_settings)
 
 /// Fills in a tool that is coupled to a device, as stiff as the device can render stably. `force`
 /// (N) and `torque` (N m) are the device's limits, `period` (s) is the period of the haptic loop,
-/// and contacts are found within `tolerance` (m). There is no friction; to add it, set has_friction
-/// and the coefficients.
+/// and contacts are found within `tolerance` (m), see palpus_contact_tolerance. There is no
+/// friction; to add it, set has_friction and the coefficients.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_settings_coupled(
     force: f64,
@@ -246,6 +259,28 @@ pub unsafe extern "C" fn palpus_settings_coupled(
     })
 }
 
+/// Returns a contact tolerance (m) that suits two bodies: the smallest of 1 mm, a hundredth of the
+/// smaller body's size, and half of the play of parts that fit into each other. `pose_ba` is the
+/// pose of a in b's frame. Parts with play must fit into each other there; the search for their play
+/// takes up to a second. If more than two bodies can touch each other, take the smallest value of
+/// all pairs.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_contact_tolerance(
+    a: palpus_body,
+    b: palpus_body,
+    pose_ba: *const palpus_pose,
+    tolerance: *mut f64,
+) -> palpus_result {
+    // SAFETY: the caller follows the header.
+    let (pose, tolerance) = unsafe { (In::new(pose_ba, "pose_ba"), Out::new(tolerance, "tolerance")) };
+    entry(|| {
+        tolerance.check()?;
+        let pose = pose.get()?.checked().map_err(|fault| fault.of("pose_ba"))?;
+        let [a, b] = [body_of(a)?, body_of(b)?];
+        tolerance.put(contact_tolerance(&a.body, &b.body, &pose))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -258,7 +293,9 @@ mod tests {
             assert_eq!(palpus_settings::from(&settings).read().ok(), Some(settings));
         }
         assert_eq!(palpus_settings::from(&Settings::default()).read().ok(), Some(Settings::default()));
-        let bad = palpus_settings { time_budget: f64::NAN, ..(&Settings::default()).into() };
-        assert!(bad.read().is_ok_and(|settings| settings.validate().is_err()));
+        for time_budget in [f64::NAN, -1.0, 0.9e-6] {
+            let bad = palpus_settings { time_budget, ..(&Settings::default()).into() };
+            assert!(bad.read().is_err(), "{time_budget}");
+        }
     }
 }

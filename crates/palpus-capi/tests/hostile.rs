@@ -253,6 +253,7 @@ impl Host {
         let (mut count, mut place, mut velocity) = (0, palpus_pose::default(), palpus_twist::default());
         let (mut contact, mut tick) = (palpus_contact::default(), palpus_tick::default());
         let (mut facts, mut bounds) = (palpus_body_facts::default(), palpus_depth_bounds::default());
+        let mut tolerance = 0.0;
         let to: *mut palpus_contact = if self.chance(0.02) { null_mut() } else { self.contacts.as_mut_ptr() };
         let count = self.place(&mut count);
         // SAFETY: each pointer is null or points to values or to memory for results. A capacity
@@ -282,6 +283,9 @@ impl Host {
                 17 => palpus_world_set_gravity(world, self.vector(20.0).as_ptr()),
                 18 => palpus_check_abi(self.below(3) as u32),
                 19 => palpus_world_tool_object(world, tool, self.place(&mut palpus_object::default())),
+                20 if self.chance(0.01) => {
+                    palpus_contact_tolerance(self.body(), self.body(), pose, self.place(&mut tolerance))
+                }
                 _ => self.step(world),
             }
         }

@@ -5,13 +5,18 @@ use std::sync::Arc;
 
 use palpus::glam::{DQuat, DVec3};
 use palpus::render::Material;
-use palpus::{Body, ContactQuery, Limits, NoClock, Object, Pose, ProbeState, QuerySettings, Settings, Twist, World};
+use palpus::{
+    Body, ContactQuery, Limits, NoClock, Object, Pose, ProbeState, QuerySettings, Settings, Twist, World,
+    contact_tolerance,
+};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_capi::body::{palpus_body, palpus_body_destroy, palpus_body_from_convex};
 use palpus_capi::depth::{palpus_depth, palpus_depth_bound, palpus_depth_bounds, palpus_depth_create};
 use palpus_capi::query::{palpus_query, palpus_query_contacts, palpus_query_create, palpus_query_nearest};
 use palpus_capi::result::palpus_result::{self, PalpusOk};
-use palpus_capi::settings::{palpus_settings, palpus_settings_coupled, palpus_settings_default};
+use palpus_capi::settings::{
+    palpus_contact_tolerance, palpus_settings, palpus_settings_coupled, palpus_settings_default,
+};
 use palpus_capi::value::{palpus_contact, palpus_pose, palpus_twist, palpus_wrench};
 use palpus_capi::world::{palpus_object, palpus_probe, palpus_tool, palpus_world};
 use palpus_capi::world_functions as world_of;
@@ -142,6 +147,16 @@ fn c_settings_equal_rust_settings() {
     );
     assert_eq!(default[0], palpus_settings::from(&Settings::default()));
     assert_eq!((default[0].has_coupling, coupled[0].has_coupling), (0, 1));
+}
+
+#[test]
+fn c_tolerance_equals_rust_tolerance() {
+    let [plate, finger] = [DVec3::new(0.1, 0.1, 0.02), DVec3::new(0.01, 0.01, 0.04)].map(block);
+    let (pose, mut tolerance) = (Pose::from_translation(DVec3::Z * 0.03), f64::NAN);
+    // SAFETY: the pointers point to a pose and to memory for a number.
+    ok(unsafe { palpus_contact_tolerance(finger.1, plate.1, &pose.into(), &mut tolerance) });
+    assert_eq!(tolerance, contact_tolerance(&finger.0, &plate.0, &pose));
+    assert_eq!(tolerance, 0.01 * finger.0.size());
 }
 
 /// Returns settings with arbitrary values, which the test overwrites.

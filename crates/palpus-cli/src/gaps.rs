@@ -1,10 +1,8 @@
 //! Chooses values that a scene file leaves out, from its meshes.
 //!
 //! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the least
-//!    play that two bodies have in each other ([`crate::play`]). On bodies of one millimetre, 1 mm
-//!    would be the whole body. If the tolerance exceeded half of the play, direct rendering would
-//!    push from both sides at once, and a peg in its hole would have contacts all around. Bodies
-//!    may fit near the file's poses. A tool may also fit where the frames of both meshes coincide,
+//!    play that two bodies have in each other ([`tolerance_by_play`]). Bodies may fit near the
+//!    file's poses. A tool may also fit where the frames of both meshes coincide,
 //!    because CAD programs write the parts of an assembly in one frame. Smaller bodies among the
 //!    other tools and the objects lower the tolerance to a hundredth of the smallest, but at most
 //!    to a fifth.
@@ -22,22 +20,18 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use palpus::algebra::Pose;
+use palpus::algebra::tolerance::TOLERANCE_SHARE;
 use palpus::body::Body;
+use palpus::render::{tolerance_by_play, tolerance_by_size};
 use palpus_io::scene::{ObjectMotion, SceneFile};
 
 use crate::approach::Ways;
-use crate::play::{MOST_WORK, half_play};
 
 /// Plausible sizes of bodies that are felt by hand, m.
 const SMALL: f64 = 5e-3;
 const LARGE: f64 = 2.0;
 /// Largest plausible ratio of the sizes of two bodies; metres read as millimetres give 1000.
 const UNLIKE: f64 = 300.0;
-/// Tolerance, as a share of the smaller body's size.
-pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
-/// The play lowers the tolerance to no less than this share of the other limits. Contacts get
-/// stiffer as the tolerance gets smaller, and the play of parts of the same diameter is 0.
-const LEAST_BY_PLAY: f64 = 0.05;
 /// Small objects lower the tolerance to no less than this share of the other limits. A scene may
 /// have one small screw beside large parts, and the hand may move slower between unexamined
 /// surfaces if the tolerance is smaller.
@@ -61,9 +55,9 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways, others: &[Arc<Body>]) 
     }
     if file.gaps.tolerance {
         let default = file.render.contact_tolerance;
-        let of_two = of_sizes(probe, environment, default);
+        let of_two = tolerance_by_size(probe, environment);
         let of_all = of_two.min(by_objects(others).max(LEAST_BY_OBJECTS * of_two));
-        let chosen = lowered(of_all, least_half_play(file, [probe, environment], others, of_all));
+        let chosen = tolerance_by_play(of_all, fits(file, [probe, environment], others));
         if file.gaps.cluster_radius {
             // The radius shrinks by the same factor as the tolerance.
             file.render.cluster_radius *= chosen / default;
@@ -85,7 +79,7 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways, others: &[Arc<Body>]) 
         file.render.grip_a = grip_a;
     }
     if file.gaps.places && file.hand.path.is_none() {
-        let overlapping = boxes_overlap(probe, environment, &Pose::IDENTITY, 0.0);
+        let overlapping = probe.mesh().bounds().overlaps(&environment.mesh().bounds());
         let start = if overlapping { Pose::from_translation(above(probe, environment)) } else { Pose::IDENTITY };
         let way = ways.find(start, file.environment.pose, file.render.contact_tolerance);
         let nearer = way.nearer(start, larger);
@@ -101,31 +95,12 @@ pub(crate) fn fill(file: &mut SceneFile, ways: &mut Ways, others: &[Arc<Body>]) 
     notes
 }
 
-/// Returns the tolerance (m) for two parts that fit at `pose_ba` (pose of `a` in the frame of `b`).
-/// It is at most `default` (m).
-pub(crate) fn tolerance(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, default: f64) -> f64 {
-    let (most, mut left) = (of_sizes(a, b, default), MOST_WORK);
-    lowered(most, half_play(a, b, pose_ba, most, &mut left))
-}
-
-/// Returns the tolerance (m) for two parts without play, at most `default` (m).
-fn of_sizes(a: &Body, b: &Body, default: f64) -> f64 {
-    default.min(TOLERANCE_SHARE * a.size().min(b.size()))
-}
-
-/// Returns the tolerance (m) for parts with half of the play `half` (m), at most `most` (m).
-fn lowered(most: f64, half: Option<f64>) -> f64 {
-    half.map_or(most, |half| half.max(LEAST_BY_PLAY * most).min(most))
-}
-
-/// Returns half of the least play (m) of two bodies of the scene of which one moves. `None` if no
-/// play is less than twice `within` (m).
-fn least_half_play(
+/// Returns the pairs of bodies of which one moves, at the poses at which they may fit.
+fn fits<'a>(
     file: &SceneFile,
-    [probe, environment]: [&Arc<Body>; 2],
-    others: &[Arc<Body>],
-    within: f64,
-) -> Option<f64> {
+    [probe, environment]: [&'a Arc<Body>; 2],
+    others: &'a [Arc<Body>],
+) -> Vec<(&'a Arc<Body>, &'a Arc<Body>, Pose)> {
     let (tools, objects) = others.split_at(file.others.len());
     let tools = tools.iter().zip(&file.others).map(|(body, tool)| (body, tool.body.pose));
     let tools: Vec<_> = std::iter::once((probe, file.probe.pose)).chain(tools).collect();
@@ -135,26 +110,24 @@ fn least_half_play(
         .zip(&file.objects)
         .map(|(body, object)| (body, object.body.pose, object.motion != ObjectMotion::Fixed));
     let objects: Vec<_> = std::iter::once(fixed).chain(objects).collect();
-    let mut left = MOST_WORK;
-    let mut half = |a, b, pose_ba: Pose| half_play(a, b, &pose_ba, within, &mut left);
-    let mut found = Vec::new();
+    let mut fits = Vec::new();
     for &(tool, pose) in &tools {
         for &(object, place, _) in &objects {
             let pose_in_file = place.inverse() * pose;
-            found.push(half(tool, object, pose_in_file));
+            fits.push((tool, object, pose_in_file));
             if pose_in_file != Pose::IDENTITY {
-                found.push(half(tool, object, Pose::IDENTITY));
+                fits.push((tool, object, Pose::IDENTITY));
             }
         }
     }
     for (k, &(a, pose_a, moves_a)) in objects.iter().enumerate() {
         for &(b, pose_b, moves_b) in &objects[..k] {
             if moves_a || moves_b {
-                found.push(half(a, b, pose_b.inverse() * pose_a));
+                fits.push((a, b, pose_b.inverse() * pose_a));
             }
         }
     }
-    found.into_iter().flatten().reduce(f64::min)
+    fits
 }
 
 /// Returns the tolerance (m) for the smallest of these bodies. Infinite without bodies.
@@ -192,17 +165,6 @@ pub(crate) fn length(metres: f64) -> String {
         2
     };
     format!("{value:.figures$} {unit}")
-}
-
-/// True if the boxes of two bodies overlap or are nearer than `margin` (m) along each axis of `b`.
-/// `pose_ba` places `a` in the frame of `b`. If false, the bodies are at least `margin` apart.
-pub(crate) fn boxes_overlap(a: &Body, b: &Body, pose_ba: &Pose, margin: f64) -> bool {
-    let (a, b) = (a.mesh().bounds(), b.mesh().bounds());
-    let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { a.max } else { a.min };
-    let corner = |k: usize| pose_ba.point(DVec3::new(side(k, 0).x, side(k, 1).y, side(k, 2).z));
-    let (low, high) =
-        (0..8).map(corner).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-    (low - margin).cmple(b.max).all() && (b.min - margin).cmple(high).all()
 }
 
 /// Returns the start position of the probe's middle relative to the environment's middle.

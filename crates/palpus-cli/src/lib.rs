@@ -35,7 +35,6 @@ mod numbers;
 mod objects;
 mod output;
 mod picture;
-mod play;
 mod plots;
 mod prepare;
 mod query;

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use palpus::algebra::Pose;
+use palpus::algebra::tolerance::TOLERANCE_SHARE;
 use palpus::body::{Body, BodySettings};
 use palpus::depth::ContainmentQuery;
 use palpus::detect::{Contact, ContactBatch, ContactQuery, Proof, QuerySettings};
@@ -19,8 +20,6 @@ use serde::Serialize;
 use crate::args::QueryArguments;
 use crate::{bodies, files, output};
 
-/// Default tolerance, as a share of the smaller model's diagonal.
-const DEFAULT_TOLERANCE: f64 = 0.01;
 /// Largest number of leaf contacts at one pose.
 const CAPACITY: usize = 1 << 16;
 /// Number of poses whose results are kept in memory before they are written.
@@ -99,7 +98,7 @@ pub(crate) fn tolerance_of(typed: Option<f64>, a: &Body, b: &Body) -> anyhow::Re
     match typed {
         Some(t) if t.is_finite() && t >= 0.0 => Ok(t),
         Some(t) => anyhow::bail!("--tolerance is {t}, but must be a length in model units, 0 or more"),
-        None => Ok(DEFAULT_TOLERANCE * a.size().min(b.size())),
+        None => Ok(TOLERANCE_SHARE * a.size().min(b.size())),
     }
 }
 

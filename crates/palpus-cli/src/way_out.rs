@@ -18,7 +18,6 @@ use palpus_device::DeviceState;
 use palpus_io::Threads;
 
 use crate::engine::Frame;
-use crate::gaps::boxes_overlap;
 use crate::stage::Stage;
 
 /// Largest number of evaluations for the way out at the start; they take a fraction of a second.
@@ -157,7 +156,7 @@ impl<'a> Part<'a> {
     /// its first use. `None` if the probe is outside.
     fn leg(&mut self, probe: &Arc<Body>, at: &Pose, interior: &mut Option<Interior>) -> Option<Leg> {
         let pose_ba = self.pose.inverse() * *at;
-        if !boxes_overlap(probe, self.body, &pose_ba, 0.0) {
+        if !probe.mesh().bounds().placed(&pose_ba).overlaps(&self.body.mesh().bounds()) {
             return None;
         }
         let contained = ContainmentQuery::new(probe, self.body).run(&pose_ba) != Containment::Neither;

@@ -33,7 +33,7 @@ mod native {
     #[pymodule_export]
     use crate::refused::Error;
     #[pymodule_export]
-    use crate::settings::Settings;
+    use crate::settings::{Settings, contact_tolerance};
     #[pymodule_export]
     use crate::world::World;
 

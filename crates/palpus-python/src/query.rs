@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use numpy::{IntoPyArray, PyArray1};
+use palpus::algebra::tolerance::TOLERANCE_SHARE;
 use palpus::depth::ContainmentQuery;
 use palpus::detect::ContactBatch;
 use palpus::{ContactQuery, Pose, Proof, QuerySettings};
@@ -18,8 +19,6 @@ use crate::refused::refused;
 use crate::rows::{ContactRow, DistanceRow};
 use crate::workers::{detached, threads};
 
-/// Default tolerance, as a fraction of the smaller body's size. The program uses the same value.
-const DEFAULT_TOLERANCE: f64 = 0.01;
 /// Maximum number of contacts at one pose. The program uses the same value.
 const CAPACITY: usize = 1 << 16;
 
@@ -56,7 +55,7 @@ impl<'a> Asked<'a> {
             Some(t) => {
                 return Err(refused(format!("tolerance is {t}, but must be a length in model units, 0 or more")));
             }
-            None => DEFAULT_TOLERANCE * a.size().min(b.size()),
+            None => TOLERANCE_SHARE * a.size().min(b.size()),
         };
         let proof = if prove { Proof::Prove } else { Proof::None };
         let settings = QuerySettings { tolerance, capacity: CAPACITY, proof, ..QuerySettings::default() };

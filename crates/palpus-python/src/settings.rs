@@ -4,8 +4,26 @@ use glam::DVec3;
 use palpus::{Limits, Settings as EngineSettings, SettingsError};
 use pyo3::prelude::*;
 
-use crate::arrays::vector;
+use crate::arrays::{self, vector};
+use crate::bodies::Body;
 use crate::refused::failed;
+
+/// Returns a contact tolerance (m) that suits two bodies: the smallest of 1 mm, a hundredth of the
+/// smaller body's size, and half of the play of parts that fit into each other.
+///
+/// `pose` is a pose of a in b's frame. Parts with play must fit into each other there; the search
+/// for their play takes up to a second. If more than two bodies can touch each other, take the
+/// smallest value of all pairs. The bodies must have a unit.
+#[pyfunction]
+pub(crate) fn contact_tolerance(
+    py: Python<'_>,
+    a: &Bound<'_, Body>,
+    b: &Bound<'_, Body>,
+    pose: &Bound<'_, PyAny>,
+) -> PyResult<f64> {
+    let (a, b, pose) = (a.get().shared(), b.get().shared(), arrays::pose("pose", pose)?);
+    Ok(py.detach(|| palpus::contact_tolerance(a, b, &pose)))
+}
 
 /// How contacts are rendered. Settings never change.
 #[pyclass(frozen, module = "palpus")]
@@ -25,8 +43,8 @@ impl Settings {
     /// Returns settings for a tool that is coupled to a device. `force` (N) and `torque` (N·m) are
     /// the device's limits, and `period` (s) is the period of the loop.
     ///
-    /// Contacts are found within `tolerance` (m); a hundredth of the smaller body's size is a good
-    /// value. Contacts are as stiff as the device can render. `friction` is the pair of the static
+    /// Contacts are found within `tolerance` (m); `contact_tolerance` returns a value for two
+    /// bodies. Contacts are as stiff as the device can render. `friction` is the pair of the static
     /// and the dynamic coefficient. `grip` is the point where the tool is held (m, in the tool's
     /// frame). Wrenches are about that point.
     #[staticmethod]

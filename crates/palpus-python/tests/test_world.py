@@ -53,6 +53,20 @@ def test_direct_rendering_gives_the_penalty_force() -> None:
     assert np.allclose(world.contacts(plate, tool)["normal"][:, 2], -1)
 
 
+def test_tolerance_suits_the_bodies() -> None:
+    peg, plate = block(0.02, 0.02, 0.05), block(0.1, 0.1, 0.02)
+    assert palpus.contact_tolerance(peg, plate, at(0, 0, 0.5)) == pytest.approx(0.01 * peg.size)
+    # A sleeve around the peg has a clearance of 0.1 mm on each side.
+    rings = [(0.0101, -0.01), (0.0101, 0.01), (0.015, 0.01), (0.015, -0.01)]
+    corners = [(r * x, r * y, z) for r, z in rings for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    sides = [[4 * ring + side for side in (k, (k + 1) % 4)] for ring in range(4) for k in range(4)]
+    faces = [[i, j, *reversed([(k + 4) % 16 for k in (i, j)])] for i, j in sides]
+    sleeve = palpus.Body.from_arrays(corners, faces)
+    assert palpus.contact_tolerance(peg, sleeve, at(5e-5, 0, 0)) == pytest.approx(1e-4, rel=0.05)
+    with pytest.raises(palpus.Error, match="pose"):
+        palpus.contact_tolerance(peg, plate, [0, 0, 0])
+
+
 def test_objects_fall_rest_and_move_with_a_belt() -> None:
     settings = palpus.Settings.coupled(force=8.5, torque=0.19, tolerance=4e-4, friction=(0.4, 0.3))
     world = palpus.World(settings, gravity=(0, 0, -9.81))

@@ -38,18 +38,21 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use palpus::{Body, Limits, NoClock, Object, Pose, ProbeState, Settings, World, glam::DVec3};
+//! use palpus::{Body, Limits, NoClock, Object, Pose, ProbeState, Settings, World, contact_tolerance};
+//! use palpus::glam::DVec3;
 //!
 //! let block = |side: f64| {
 //!     let ends = [-0.5 * side, 0.5 * side];
 //!     let corners = ends.map(|x| ends.map(|y| ends.map(|z| DVec3::new(x, y, z))));
 //!     Body::from_convex(corners.as_flattened().as_flattened()).map(Arc::new)
 //! };
-//! // The device gives up to 8.5 N and 0.19 N·m, at 1 kHz. Contacts are detected within 0.2 mm.
-//! let settings = Settings::coupled(Limits { force: 8.5, torque: 0.19 }, 1e-3, 2e-4);
+//! let (part, probe) = (block(0.1)?, block(0.02)?);
+//! // The device gives up to 8.5 N and 0.19 N·m, at 1 kHz.
+//! let tolerance = contact_tolerance(&probe, &part, &Pose::from_translation(DVec3::Z * 0.07));
+//! let settings = Settings::coupled(Limits { force: 8.5, torque: 0.19 }, 1e-3, tolerance);
 //! let mut world = World::new(settings)?;
-//! world.add(Object::fixed(block(0.1)?, Pose::IDENTITY))?;
-//! let tool = world.add_tool(block(0.02)?, settings)?;
+//! world.add(Object::fixed(part, Pose::IDENTITY))?;
+//! let tool = world.add_tool(probe, settings)?;
 //! for tick in 0..500 {
 //!     // The device moves down until the tool is 2 mm inside the block.
 //!     let height = f64::max(0.07 - 1e-4 * f64::from(tick), 0.058);
@@ -108,4 +111,5 @@ pub use detect::{Contact, ContactQuery, Proof, QuerySettings};
 pub use force::{FrictionSettings, ShadingSettings};
 pub use render::{
     BodyId, Limits, Object, ProbeState, Settings, SettingsError, Tick, ToolId, VirtualCoupling, WorkLimit, World,
+    contact_tolerance,
 };

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use glam::DVec3;
 use palpus::algebra::Pose;
+use palpus::algebra::tolerance::TOLERANCE_SHARE;
 use palpus::body::PolygonSoup;
 use palpus::render::Settings;
 use palpus_io::record::SceneSource;
@@ -191,7 +192,7 @@ fn text(new: &[Option<&MeshFile>; 2], units: [f64; 2], kept: Option<([Pose; 2], 
             format!("friction = {{ static = {at_rest:?}, dynamic = {sliding:?} }}\n")
         });
         // The tolerance must also suit the new body.
-        let finer = (gaps::TOLERANCE_SHARE * smallest / settings.contact_tolerance).min(1.0);
+        let finer = (TOLERANCE_SHARE * smallest / settings.contact_tolerance).min(1.0);
         format!(
             "[contact]\ntolerance = {:?}\ncluster_radius = {:?}\n{friction}shading = {}\n",
             finer * settings.contact_tolerance,

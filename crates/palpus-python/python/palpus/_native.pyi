@@ -8,6 +8,7 @@ import numpy.typing as npt
 __all__ = [
     "Body",
     "depth",
+    "contact_tolerance",
     "contacts",
     "distance",
     "Loop",
@@ -169,6 +170,7 @@ def depth(
     workers: int | None = None,
 ) -> _Rows: ...
 def main(argv: list[str]) -> int: ...
+def contact_tolerance(a: Body, b: Body, pose: npt.ArrayLike) -> float: ...
 @final
 class Settings:
     @staticmethod

@@ -1967,3 +1967,22 @@ pub const SLEEP_AFTER: f64 = 0.25;
 /// In a heap of twelve scanned and CAD parts, a nut that is jammed between others hums by half of
 /// that.
 pub const SLEEP_MOTION: f64 = 0.1;
+
+/// m: the default contact tolerance of large bodies that do not fit closely.
+pub const DEFAULT_TOLERANCE: f64 = 1e-3;
+
+/// Relative to the size of the smaller body: its largest default contact tolerance.
+///
+/// On bodies of one millimetre, [`DEFAULT_TOLERANCE`] would be the whole body.
+pub const TOLERANCE_SHARE: f64 = 0.01;
+
+/// Relative to the tolerance that bodies would have without play: the least to which their play
+/// lowers it.
+///
+/// Contacts get stiffer as the tolerance gets smaller, and the play of parts of the same diameter
+/// is 0.
+pub const LEAST_BY_PLAY: f64 = 0.05;
+
+/// Work limit of the search for the play of the bodies of a scene, in units of `Work`; about a
+/// second.
+pub const PLAY_WORK: u64 = 3_000_000;

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::algebra::Pose;
+
 /// An axis-aligned box that includes its boundary. Coordinates are in model units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
@@ -26,6 +28,20 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Returns the smallest axis-aligned box around this box at `pose`. This box must not be empty.
+    pub fn placed(&self, pose: &Pose) -> Self {
+        debug_assert!(self.min.cmple(self.max).all(), "an empty box has no place");
+        let ends = [self.min, self.max];
+        let corners = ends.map(|x| ends.map(|y| ends.map(|z| pose.point(DVec3::new(x.x, y.y, z.z)))));
+        Self::around(corners.into_iter().flatten().flatten())
+    }
+
+    /// Returns the box whose faces are farther out by `margin`.
+    #[inline]
+    pub fn grown(&self, margin: f64) -> Self {
+        Self { min: self.min - margin, max: self.max + margin }
+    }
+
     /// Returns the length of the diagonal.
     pub fn diagonal(&self) -> f64 {
         self.min.distance(self.max)
@@ -47,5 +63,24 @@ impl Aabb {
     #[inline]
     pub fn distance_squared(&self, p: DVec3) -> f64 {
         (p.max(self.min).min(self.max) - p).length_squared()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_4;
+
+    use glam::DQuat;
+
+    use super::*;
+
+    #[test]
+    fn placed_box_is_around_all_corners() {
+        let flat = Aabb { min: DVec3::new(-1.0, -2.0, -3.0), max: DVec3::new(1.0, 2.0, 5.0) };
+        let placed = flat.placed(&Pose::new(DQuat::from_rotation_z(FRAC_PI_4), DVec3::new(10.0, 0.0, 0.0)));
+        let side = 3.0 * 0.5f64.sqrt();
+        let expected = Aabb { min: DVec3::new(10.0 - side, -side, -3.0), max: DVec3::new(10.0 + side, side, 5.0) };
+        assert!((placed.min - expected.min).length() < 1e-12 && (placed.max - expected.max).length() < 1e-12);
+        assert_eq!(flat.grown(0.5), Aabb { min: flat.min - 0.5, max: flat.max + 0.5 });
     }
 }

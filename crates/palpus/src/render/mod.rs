@@ -7,6 +7,7 @@ mod contact_rows;
 #[cfg(test)]
 mod contact_rows_tests;
 mod coupling;
+mod fit;
 mod force_stage;
 #[cfg(test)]
 mod force_stage_tests;
@@ -29,6 +30,7 @@ mod two_tools_tests;
 mod world;
 
 pub use coupling::VirtualCoupling;
+pub use fit::{contact_tolerance, tolerance_by_play, tolerance_by_size};
 pub use force_stage::{Forces, Motion, force};
 pub use pacer::WorkLimit;
 pub use renderer::Renderer;

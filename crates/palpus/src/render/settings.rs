@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Limits, Material, Saturation, VirtualCoupling};
-use crate::algebra::tolerance::{PACE_SHARE, SMOOTH_CONTACTS, TOOL_SINKS};
+use crate::algebra::tolerance::{DEFAULT_TOLERANCE, PACE_SHARE, SMOOTH_CONTACTS, TOOL_SINKS};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
 /// All settings of rendering. [`Settings::validate`] checks them before use.
@@ -68,7 +68,7 @@ impl Default for Settings {
     /// clusters of 4 mm, and 800 N/m.
     fn default() -> Self {
         Self {
-            contact_tolerance: 1e-3,
+            contact_tolerance: DEFAULT_TOLERANCE,
             cluster_radius: 4e-3,
             clustering: Clustering::default(),
             split_angle: Some(130f64.to_radians()),
@@ -136,7 +136,7 @@ impl Settings {
     /// contains only two meshes gets these settings. The time budget is that of
     /// [`Self::time_budget_of`].
     ///
-    /// A good tolerance is a hundredth of the smaller body's size.
+    /// [`contact_tolerance`](super::contact_tolerance) chooses a tolerance that suits the bodies.
     #[must_use]
     pub fn coupled(limits: Limits, period: f64, contact_tolerance: f64) -> Self {
         let default = Self::default();

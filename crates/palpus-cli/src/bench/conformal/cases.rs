@@ -7,12 +7,13 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings};
+use palpus::render::contact_tolerance;
 use palpus_scenes::shape;
 
 use crate::bench::scale::motion::{PERIOD, nearest_query};
 use crate::bench::scale::pairs::{PAIRS, posed};
 use crate::bench::table::find;
-use crate::{bodies, gaps};
+use crate::bodies;
 
 /// A case before its bodies are prepared.
 pub(super) struct Plan {
@@ -146,7 +147,7 @@ impl Case {
         };
         let tolerance = match plan.tolerance {
             Tolerance::Given(tolerance) => tolerance,
-            Tolerance::Chosen => gaps::tolerance(&a, &b, &stretches[0][0], DEFAULT_TOLERANCE),
+            Tolerance::Chosen => contact_tolerance(&a, &b, &stretches[0][0]),
         };
         Ok(Some(Self { name: plan.name, a, b, stretches, tolerance, coupled: plan.coupled, analytic }))
     }
@@ -154,8 +155,6 @@ impl Case {
 
 /// Pitch of an M16 thread, m.
 const PITCH: f64 = 0.002;
-/// Tolerance of a scene file that states none, for large parts without a fit, m.
-const DEFAULT_TOLERANCE: f64 = 1e-3;
 /// Number of sides of the peg and of the hole.
 const SIDES: usize = 32;
 

@@ -9,18 +9,15 @@
 
 use std::sync::Arc;
 
+use super::{Contact, ContactQuery, QuerySettings};
+use crate::algebra::tolerance::PLAY_WORK;
+use crate::algebra::{NoClock, Pose, Work};
+use crate::body::Body;
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose, Work};
-use palpus::body::Body;
-use palpus::detect::{Contact, ContactQuery, QuerySettings};
 
-use crate::gaps::boxes_overlap;
-
-/// Work limit of all searches of a scene, in units of [`Work`]; about a second.
-pub(crate) const MOST_WORK: u64 = 3_000_000;
 /// Work limit of each of the first queries, and their number. Bodies that overlap by more than a
 /// little are found by them, without the whole search.
-const GLANCE_WORK: u64 = MOST_WORK / 100;
+const GLANCE_WORK: u64 = PLAY_WORK / 100;
 const GLANCES: usize = 4;
 /// Largest motion to the middle of the play, as a multiple of the largest separation of contacts.
 const REACH: f64 = 4.0;
@@ -37,7 +34,7 @@ const LAST_STEP: f64 = 1e-4;
 /// than `within`, so that they do not lie in each other with play; or if the search exceeds its
 /// work limit, `left`. The work of the search is subtracted from `left`.
 pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64, left: &mut u64) -> Option<f64> {
-    if *left == 0 || !boxes_overlap(a, b, pose_ba, within) {
+    if *left == 0 || !are_near(a, b, pose_ba, within) {
         return None;
     }
     let settings = QuerySettings { tolerance: within, capacity: 1 << 14, ..QuerySettings::default() };
@@ -55,6 +52,11 @@ pub(crate) fn half_play(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f6
         return None;
     }
     Some(widest(contacts, REACH * within)?).filter(|&half| half < within)
+}
+
+/// True if the boxes of two bodies are nearer than `margin` (m) along each axis of `b`.
+fn are_near(a: &Body, b: &Body, pose_ba: &Pose, margin: f64) -> bool {
+    a.mesh().bounds().placed(pose_ba).grown(margin).overlaps(&b.mesh().bounds())
 }
 
 /// True if the first queries find a contact that is deeper than `within` (m), or that there is no
@@ -98,60 +100,4 @@ fn widest(contacts: &[Contact], reach: f64) -> Option<f64> {
         moved = (moved + step * normal).clamp_length_max(reach);
     }
     Some(best)
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::DQuat;
-    use palpus::body::BodySettings;
-    use palpus_scenes::shape;
-
-    use super::*;
-    use crate::bodies;
-
-    fn body(name: &str, soup: &palpus::body::PolygonSoup) -> Arc<Body> {
-        bodies::use_cache(false);
-        let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-        Arc::new(bodies::prepare_soup(name, soup, &settings).expect("the body can be prepared").body)
-    }
-
-    fn half(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose, within: f64) -> Option<f64> {
-        let mut left = MOST_WORK;
-        half_play(a, b, pose_ba, within, &mut left)
-    }
-
-    #[test]
-    fn play_of_a_peg_is_its_clearance() {
-        let clearance = 2e-4;
-        let (peg, hole) =
-            (body("peg", &shape::disc(shape::PEG_RADIUS, 0.02, 32)), body("hole", &shape::hole_block(clearance)));
-        // The result does not depend on where in the hole the peg is, even if it overlaps a little.
-        for aside in [0.0, 0.4 * clearance, 0.6 * clearance] {
-            let pose = Pose::new(DQuat::IDENTITY, DVec3::new(aside, 0.0, -0.0125));
-            let found = 2.0 * half(&peg, &hole, &pose, 3e-4).expect("the peg has play");
-            // The peg has flat sides, so its play across them is a little larger.
-            assert!((0.95..1.25).contains(&(found / clearance)), "{found} at {aside}");
-        }
-        let above = Pose::from_translation(DVec3::Z * 0.1);
-        assert_eq!(half(&peg, &hole, &above, 3e-4), None);
-    }
-
-    #[test]
-    fn ball_in_a_groove_has_no_play() {
-        let (ball, groove) = (body("ball", &shape::sphere(0.01, 3)), body("groove", &shape::v_groove()));
-        let mut rest = DVec3::Z * 0.05;
-        let mut query = ContactQuery::new(ball.clone(), groove.clone(), QuerySettings::default());
-        for _ in 0..50 {
-            rest.z -= query.nearest(&Pose::from_translation(rest)).map_or(0.0, |near| near.separation);
-        }
-        assert_eq!(half(&ball, &groove, &Pose::from_translation(rest), 3e-4), None);
-    }
-
-    #[test]
-    fn parts_that_only_overlap_have_no_play() {
-        let cube = body("cube", &shape::cuboid(DVec3::splat(0.02)));
-        for height in [0.0, 0.01, 0.0199] {
-            assert_eq!(half(&cube, &cube, &Pose::from_translation(DVec3::Z * height), 2e-4), None, "{height}");
-        }
-    }
 }
