@@ -5,9 +5,11 @@
 //! every contact of every cluster:
 //!
 //! 1. *Find* the contact's adhesion of the last tick: the nearest adhesion of the same two pieces.
-//!    If these pieces had no contact, the contact takes over the strain of the nearest adhesion
-//!    within reach that has a similar normal. So a probe that slides from one piece onto the next
-//!    keeps its friction. If no adhesion is found, the contact begins without strain.
+//!    If it is beyond reach, as where another corner of the pieces lands, the contact takes over its
+//!    strain only, and friction acts at the contact's own point. If these pieces had no contact, the
+//!    contact takes over the strain of the nearest adhesion within reach that has a similar normal.
+//!    So a probe that slides from one piece onto the next keeps its friction. If no adhesion is
+//!    found, the contact begins without strain.
 //! 2. *Move*: x moves with a, and w stays on b. Compute z in the cluster's tangent plane. Then move
 //!    w along the normal, so that x − w = z.
 //! 3. *Stick or slide*: the contact slides if ‖z‖ exceeds z_max = μ F_n / k_t (for several
@@ -271,7 +273,9 @@ impl FrictionTracker {
         let nearer = |x: &&Adhesion, y: &&Adhesion| {
             x.midpoint.distance_squared(midpoint).total_cmp(&y.midpoint.distance_squared(midpoint))
         };
-        if let Some(adhesion) = same.min_by(nearer) {
+        let is_near = |a: &Adhesion| a.midpoint.distance_squared(midpoint) < input.reach * input.reach;
+        let of_pieces = same.min_by(nearer);
+        if let Some(adhesion) = of_pieces.filter(|adhesion| is_near(adhesion)) {
             return *adhesion;
         }
         let mut fresh = Adhesion {
@@ -284,15 +288,12 @@ impl FrictionTracker {
             sliding: false,
             slipped: 0.0,
         };
-        let mut predecessor = None;
-        if *looks >= self.previous.len() {
+        let mut predecessor = of_pieces;
+        if predecessor.is_none() && *looks >= self.previous.len() {
             *looks -= self.previous.len();
-            let within = |a: &&Adhesion| {
-                a.midpoint.distance_squared(midpoint) < input.reach * input.reach
-                    && a.normal.dot(normal) >= FRICTION_SUCCESSOR
-            };
+            let within = |a: &&Adhesion| is_near(a) && a.normal.dot(normal) >= FRICTION_SUCCESSOR;
             predecessor = self.previous.iter().filter(within).min_by(nearer);
-        } else {
+        } else if predecessor.is_none() {
             counters.unsought += 1;
         }
         if let Some(old) = predecessor {

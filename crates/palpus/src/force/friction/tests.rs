@@ -314,3 +314,20 @@ fn rotating_the_scene_rotates_the_friction() {
         }
     }
 }
+
+#[test]
+fn corner_that_lands_later_has_friction_at_its_own_point() {
+    let mut tracker = FrictionTracker::new(8);
+    let at = |x: f64| contact((3, 8), DVec3::X * x, DVec3::Z, 0.0);
+    // A block lands on one corner and is pulled aside by 0.1 mm. Then its other corner lands.
+    tick(&mut tracker, &[at(0.0)], Pose::IDENTITY, NORMAL_FORCE);
+    let pulled = Pose::from_translation(DVec3::Y * 1e-4);
+    tick(&mut tracker, &[at(0.0)], pulled, NORMAL_FORCE);
+    let force = tick(&mut tracker, &[at(0.0), at(0.02)], pulled, NORMAL_FORCE);
+    let places = [0, 1].map(|k| tracker.grips()[k].point.x);
+    assert!(places[0].abs() < 1e-12 && (places[1] - 0.02).abs() < 1e-12, "{places:?}");
+    // The force does not jump, and no friction turns the block.
+    assert!((force.y + 1e-4 * SETTINGS.tangential_stiffness).abs() < 1e-9, "{force}");
+    let forces = [0, 1].map(|k| tracker.grips()[k].force.y);
+    assert!((forces[0] - forces[1]).abs() < 1e-9, "{forces:?}");
+}
