@@ -261,9 +261,9 @@ pub unsafe extern "C" fn palpus_settings_coupled(
 
 /// Returns a contact tolerance (m) that suits two bodies: the smallest of 1 mm, a hundredth of the
 /// smaller body's size, and half of the play of parts that fit into each other. `pose_ba` is the
-/// pose of a in b's frame. Parts with play must fit into each other there; the search for their play
-/// takes up to a second. If more than two bodies can touch each other, take the smallest value of
-/// all pairs.
+/// pose of a in b's frame. Parts with play must fit into each other there; the search for their
+/// play takes up to a second. If more than two bodies can touch each other, take the smallest value
+/// of all pairs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_contact_tolerance(
     a: palpus_body,

@@ -5,11 +5,11 @@
 //! every contact of every cluster:
 //!
 //! 1. *Find* the contact's adhesion of the last tick: the nearest adhesion of the same two pieces.
-//!    If it is beyond reach, as where another corner of the pieces lands, the contact takes over its
-//!    strain only, and friction acts at the contact's own point. If these pieces had no contact, the
-//!    contact takes over the strain of the nearest adhesion within reach that has a similar normal.
-//!    So a probe that slides from one piece onto the next keeps its friction. If no adhesion is
-//!    found, the contact begins without strain.
+//!    If it is beyond reach, as where another corner of the pieces lands, the contact takes over
+//!    its strain only, and friction acts at the contact's own point. If these pieces had no
+//!    contact, the contact takes over the strain of the nearest adhesion within reach that has a
+//!    similar normal. So a probe that slides from one piece onto the next keeps its friction. If no
+//!    adhesion is found, the contact begins without strain.
 //! 2. *Move*: x moves with a, and w stays on b. Compute z in the cluster's tangent plane. Then move
 //!    w along the normal, so that x − w = z.
 //! 3. *Stick or slide*: the contact slides if ‖z‖ exceeds z_max = μ F_n / k_t (for several

@@ -12,13 +12,13 @@ use crate::body::Body;
 use crate::detect::half_play;
 
 /// Returns a contact tolerance (m) for two bodies, for
-/// [`Settings::coupled`](super::Settings::coupled): the smallest of 1 mm, a hundredth of the smaller
-/// body's size, and half of the play of the bodies.
+/// [`Settings::coupled`](super::Settings::coupled): the smallest of 1 mm, a hundredth of the
+/// smaller body's size, and half of the play of the bodies.
 ///
 /// `pose_ba` is the pose of `a` in the frame of `b`. If the bodies are parts that fit into each
 /// other, give a pose at which they do; elsewhere they have no play. Close-fitting parts take up to
-/// a second, others much less. If more than two bodies can touch each other, take the smallest value
-/// of all pairs, or use [`tolerance_by_play`]. Lengths of bodies must be in metres.
+/// a second, others much less. If more than two bodies can touch each other, take the smallest
+/// value of all pairs, or use [`tolerance_by_play`]. Lengths of bodies must be in metres.
 ///
 /// ```
 /// use std::sync::Arc;
