@@ -8,9 +8,6 @@ use crate::pointer::{In, Out};
 use crate::result::{Fault, entry, palpus_result};
 use crate::value::palpus_pose;
 
-/// Least time budget other than 0, s.
-const LEAST_BUDGET: f64 = 1e-6;
-
 /// Limits of the force and torque that are sent to a device. Infinite means no limit.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,10 +164,11 @@ impl palpus_settings {
 
     /// Returns the time budget in ns. The engine's text for a wrong value would name ns, too.
     fn time_budget(&self) -> Result<Option<u64>, Fault> {
+        let least = Settings::LEAST_TIME_BUDGET as f64 / 1e9;
         match self.time_budget {
             0.0 => Ok(None),
-            seconds if seconds >= LEAST_BUDGET => Ok(Some((seconds * 1e9).round() as u64)),
-            other => Err(Fault::value(format!("time_budget is {other}, but must be 0 or at least {LEAST_BUDGET} s"))),
+            seconds if seconds >= least => Ok(Some((seconds * 1e9).round() as u64)),
+            other => Err(Fault::value(format!("time_budget is {other}, but must be 0 or at least {least} s"))),
         }
     }
 }

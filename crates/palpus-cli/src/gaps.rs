@@ -2,10 +2,9 @@
 //!
 //! 1. *Tolerance*: the smallest of 1 mm, a hundredth of the smaller body, and half of the least
 //!    play that two bodies have in each other ([`tolerance_by_play`]). Bodies may fit near the
-//!    file's poses. A tool may also fit where the frames of both meshes coincide,
-//!    because CAD programs write the parts of an assembly in one frame. Smaller bodies among the
-//!    other tools and the objects lower the tolerance to a hundredth of the smallest, but at most
-//!    to a fifth.
+//!    file's poses. A tool may also fit where the frames of both meshes coincide, because CAD
+//!    programs write the parts of an assembly in one frame. Smaller bodies among the other tools and
+//!    the objects lower the tolerance to a hundredth of the smallest, but at most to a fifth.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
 //!    above the environment, without overlap in any orientation. The probe's distance from first
 //!    touch is at most the larger body's size and the distance that a hand moves in a second

@@ -38,8 +38,9 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use palpus::{Body, Limits, NoClock, Object, Pose, ProbeState, Settings, World, contact_tolerance};
 //! use palpus::glam::DVec3;
+//! use palpus::{Body, Limits, NoClock, Object, Pose, ProbeState, Settings, World};
+//! use palpus::contact_tolerance;
 //!
 //! let block = |side: f64| {
 //!     let ends = [-0.5 * side, 0.5 * side];
@@ -65,9 +66,9 @@
 //! ```
 //!
 //! A loop in real time passes a [`WallClock`] instead of [`NoClock`]. Each step then limits its
-//! work to what fits into its time ([`WorkLimit`]). Meshes for a world are best built with the flatness
-//! [`BodySettings::HAPTIC`]: bodies with curved surfaces then have fewer pieces, and steps take
-//! less time.
+//! work to what fits into its time ([`WorkLimit`]). Meshes for a world are best built with the
+//! flatness [`BodySettings::HAPTIC`]: bodies with curved surfaces then have fewer pieces, and steps
+//! take less time.
 //!
 //! [`GlobalDepth`] computes the penetration depth of two meshes, with proven bounds.
 //!

@@ -1971,7 +1971,8 @@ pub const SLEEP_MOTION: f64 = 0.1;
 /// m: the default contact tolerance of large bodies that do not fit closely.
 pub const DEFAULT_TOLERANCE: f64 = 1e-3;
 
-/// Relative to the size of the smaller body: its largest default contact tolerance.
+/// Relative to the size of the smaller body: its largest default contact tolerance. The program
+/// and the Python package query contacts within the same distance by default.
 ///
 /// On bodies of one millimetre, [`DEFAULT_TOLERANCE`] would be the whole body.
 pub const TOLERANCE_SHARE: f64 = 0.01;

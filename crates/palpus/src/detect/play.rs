@@ -9,11 +9,12 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::{Contact, ContactQuery, QuerySettings};
 use crate::algebra::tolerance::PLAY_WORK;
 use crate::algebra::{NoClock, Pose, Work};
 use crate::body::Body;
-use glam::DVec3;
 
 /// Work limit of each of the first queries, and their number. Bodies that overlap by more than a
 /// little are found by them, without the whole search.

@@ -288,14 +288,18 @@ impl FrictionTracker {
             sliding: false,
             slipped: 0.0,
         };
-        let mut predecessor = of_pieces;
-        if predecessor.is_none() && *looks >= self.previous.len() {
-            *looks -= self.previous.len();
-            let within = |a: &&Adhesion| is_near(a) && a.normal.dot(normal) >= FRICTION_SUCCESSOR;
-            predecessor = self.previous.iter().filter(within).min_by(nearer);
-        } else if predecessor.is_none() {
-            counters.unsought += 1;
-        }
+        let predecessor = match of_pieces {
+            Some(_) => of_pieces,
+            None if *looks >= self.previous.len() => {
+                *looks -= self.previous.len();
+                let within = |a: &&Adhesion| is_near(a) && a.normal.dot(normal) >= FRICTION_SUCCESSOR;
+                self.previous.iter().filter(within).min_by(nearer)
+            }
+            None => {
+                counters.unsought += 1;
+                None
+            }
+        };
         if let Some(old) = predecessor {
             fresh.held_b -= input.pose_ba.point(old.holding_a) - old.held_b;
             (fresh.sliding, fresh.slipped) = (old.sliding, old.slipped);

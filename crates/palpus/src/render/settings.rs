@@ -127,10 +127,10 @@ pub struct SettingsError {
 /// Upper limit of the contact capacity: memory for all contacts is allocated at the start.
 const MOST_CONTACTS: usize = 1 << 20;
 
-/// Least time budget, ns; smaller values are probably in a wrong unit.
-const LEAST_BUDGET: u64 = 1000;
-
 impl Settings {
+    /// Least time budget, ns; smaller values are probably in a wrong unit.
+    pub const LEAST_TIME_BUDGET: u64 = 1000;
+
     /// Settings for a tool with a coupling, as stiff as a device with these limits can display.
     /// `period` is the period of the loop (s), and `contact_tolerance` is in m. A scene that
     /// contains only two meshes gets these settings. The time budget is that of
@@ -151,7 +151,7 @@ impl Settings {
     /// Returns the time that a step should take at most in a loop with a period of `period`
     /// seconds, ns: 0.6 of the period, but at least 1000.
     pub fn time_budget_of(period: f64) -> u64 {
-        ((PACE_SHARE * 1e9 * period) as u64).max(LEAST_BUDGET)
+        ((PACE_SHARE * 1e9 * period) as u64).max(Self::LEAST_TIME_BUDGET)
     }
 
     /// Returns these settings with friction of these coefficients. The tangential stiffness equals
@@ -228,8 +228,8 @@ impl Settings {
         check(self.grip_a.is_finite(), "grip_a", self.grip_a.length(), "a finite point")?;
         let capacity = self.capacity;
         check((1..=MOST_CONTACTS).contains(&capacity), "capacity", capacity as f64, "from 1 to 1048576")?;
-        let budget = self.time_budget.unwrap_or(LEAST_BUDGET);
-        check(budget >= LEAST_BUDGET, "time_budget", budget as f64, "at least 1000 ns")
+        let budget = self.time_budget.unwrap_or(Self::LEAST_TIME_BUDGET);
+        check(budget >= Self::LEAST_TIME_BUDGET, "time_budget", budget as f64, "at least 1000 ns")
     }
 
     /// Returns the settings of the clustering.

@@ -69,9 +69,9 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// Returns a pair of two bodies with `settings` for their contacts. `has_tool` is true if a body
-    /// is a tool. The memory of the query is then used at once. Few pairs of objects
-    /// ever touch, and together these pairs are many; so their queries are small.
+    /// Returns a pair of two bodies with `settings` for their contacts. `has_tool` is true if a
+    /// body is a tool. The memory of the query is then used at once. Few pairs of objects ever
+    /// touch, and together these pairs are many; so their queries are small.
     pub(super) fn new(bodies: [usize; 2], [a, b]: [Arc<Body>; 2], settings: Settings, has_tool: bool) -> Self {
         let capacity = settings.capacity;
         let asked = QuerySettings {
@@ -205,9 +205,9 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// Sets how much of the overlap of the bodies at their start the contacts do not resist in this
-    /// step of `dt` s: first all of it, and less in each step. Contacts are stiff, and would throw a
-    /// free body away.
+    /// Sets how much of the overlap of the bodies at their start the contacts do not resist in
+    /// this step of `dt` s: first all of it, and less in each step. Contacts are stiff, and would
+    /// throw a free body away.
     pub(super) fn ease_start(&mut self, dt: f64) {
         let overlap = self.contacts.iter().fold(0.0, |most, contact| (-contact.separation).max(most));
         let left = if self.starts { overlap } else { self.eased - START_EASE * dt };
